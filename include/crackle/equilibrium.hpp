@@ -1,0 +1,126 @@
+/// The strategy interface: the network in equilibrium under a unit load on its plate, while bonds break.
+///
+/// Every strategy gives the same sequence of broken bonds.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "crackle/network.hpp"
+#include "crackle/phase.hpp"
+
+namespace crackle {
+
+enum class BreakOn : std::uint8_t { magnitude, tension };  ///< the ratio is |f|/t, or f/t
+
+/// What a look at the network finds.
+enum class State : std::uint8_t {
+  carrying,  ///< there is a critical bond
+  failed,    ///< the plate's stiffness is below kFailedStiffness of the intact one: nothing carries
+  unsolved,  ///< the solver gave no answer to trust, and said why in Equilibrium::complaint
+};
+
+/// The bond that breaks next.
+struct Critical {
+  BondId bond = 0;
+  double load = 0;       ///< P = F / max ratio at unit displacement: the plate force at which it breaks
+  double stiffness = 0;  ///< F just before it breaks; load / stiffness is the plate's displacement
+};
+
+/// What a strategy did beyond its duty, summed over all samples.
+struct EquilibriumCounts {
+  std::int64_t breaks = 0;          ///< bonds removed
+  std::int64_t factorizations = 0;  ///< numeric factorizations from scratch
+  std::int64_t refactors = 0;       ///< those among them that a slack or a residual asked for
+  std::int64_t iterations = 0;      ///< of the Krylov method; 0 for a direct solve
+  std::int64_t null_pivots = 0;     ///< floppy unknowns pinned in the intact network
+  std::int64_t unknowns = 0;        ///< size of the system
+  std::int64_t factor_entries = 0;  ///< entries of the factor; 0 where the solver doesn't tell
+  double smallest_slack = 1;        ///< smallest 1 - k b^T K^-1 b of a bond that left something carrying
+  double largest_residual = 0;      ///< largest backward error measured
+};
+
+struct EquilibriumOptions {
+  std::string strategy = "ksp";  ///< name in `-equilibrium`
+  BreakOn break_on = BreakOn::magnitude;
+  bool many_samples = true;  ///< reset will be called again: keep what makes it cheap
+};
+
+/// F below this fraction of the intact network's F is failure.
+inline constexpr double kFailedStiffness = 1e-8;
+/// Ratios that differ by less than this fraction are equal: of those bonds the lowest BondId breaks.
+inline constexpr double kTie = 1e-11;
+/// An elongation below this multiple of the plate's displacement is rounding: the bond carries nothing.
+inline constexpr double kNoElongation = 1e-14;
+
+class Equilibrium {
+ public:
+  Equilibrium(const Network& network, const EquilibriumOptions& options, PhaseTimes& times)
+      : network_(network),
+        options_(options),
+        times_(times),
+        broken_(network.bonds()),
+        threshold_(network.bonds()) {}
+  virtual ~Equilibrium() = default;
+  Equilibrium(const Equilibrium&) = delete;
+  Equilibrium& operator=(const Equilibrium&) = delete;
+
+  /// Back to the intact network with these thresholds (size: bonds, >= 0). No memory of earlier samples.
+  void reset(std::span<const double> threshold);
+
+  /// The bond with the largest ratio of force to threshold; fills `next` when the state is `carrying`.
+  [[nodiscard]] virtual State find_critical(Critical& next) = 0;
+
+  /// Removes a bond that find_critical named.
+  void remove(BondId bond);
+
+  /// Displacements at unit plate load of the state that find_critical saw last (size: unknowns).
+  [[nodiscard]] virtual std::span<const double> displacements() = 0;
+
+  /// F of the intact network, known after the first find_critical since reset.
+  [[nodiscard]] double intact_stiffness() const { return intact_stiffness_; }
+  [[nodiscard]] const std::vector<std::uint8_t>& broken() const { return broken_; }  ///< [M] 1: broken
+  [[nodiscard]] const Network& network() const { return network_; }
+  [[nodiscard]] virtual EquilibriumCounts counts() const { return counts_; }
+  /// One line on why the state is `unsolved`.
+  [[nodiscard]] const std::string& complaint() const { return complaint_; }
+
+ protected:
+  virtual void do_reset() = 0;              ///< broken() and threshold() are the new sample's already
+  virtual void do_remove(BondId bond) = 0;  ///< broken()[bond] is 1 already
+
+  /// Scans every force that u (unit plate load, size n) implies. `failed` when no ratio is above 0.
+  [[nodiscard]] State scan(std::span<const double> u, Critical& next);
+
+  /// True when F means failure; sets the intact stiffness at the first call after reset.
+  [[nodiscard]] bool has_failed(double stiffness);
+
+  const Network& network_;      // NOLINT(*-non-private-*): one level of strategies, all in this library
+  EquilibriumOptions options_;  // NOLINT(*-non-private-*)
+  PhaseTimes& times_;           // NOLINT(*-non-private-*)
+  EquilibriumCounts counts_;    // NOLINT(*-non-private-*)
+  std::string complaint_;       // NOLINT(*-non-private-*)
+
+  /// [M] thresholds; +infinity for a bond that is broken or can't stretch, so that its ratio is 0.
+  [[nodiscard]] std::span<const double> threshold() const { return threshold_; }
+
+ private:
+  std::vector<std::uint8_t> broken_;
+  std::vector<double> threshold_;
+  std::vector<double> ratio_;  ///< [M] workspace of scan; empty until it is first called
+  double intact_stiffness_ = 0;
+};
+
+/// Names that `-equilibrium` takes, for messages: "ksp, dense".
+[[nodiscard]] std::string equilibrium_names();
+
+/// The strategy of that name. Throws InputError for an unknown one.
+/// PETSc-based strategies read their solver's options from the PETSc options database.
+[[nodiscard]] std::unique_ptr<Equilibrium> make_equilibrium(const Network& network,
+                                                            const EquilibriumOptions& options,
+                                                            PhaseTimes& times);
+
+}  // namespace crackle

@@ -1,0 +1,36 @@
+/// The network as a PETSc matrix that follows the breaks.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "crackle/network.hpp"
+#include "crackle/petsc_handle.hpp"
+
+namespace crackle {
+
+/// K (SEQAIJ, n x n, block size: components), entry by entry the sum over the unbroken bonds in ascending
+/// order. An entry that a break touches is summed afresh, never subtracted from: K is at any time, bit for
+/// bit, what an assembly from scratch would give, however much stiffer the broken bond was than the rest.
+class NetworkMatrix {
+ public:
+  explicit NetworkMatrix(const Network& network);
+
+  /// Sums all entries that these bonds touch, skipping bonds with broken[e] != 0 (size M), and assembles.
+  void update(std::span<const BondId> bonds, std::span<const std::uint8_t> broken);
+
+  [[nodiscard]] Mat get() const { return matrix_; }
+
+ private:
+  [[nodiscard]] double entry(Dof row, Dof column, std::span<const std::uint8_t> broken) const;
+  void list_bonds();
+  void allocate();
+
+  const Network& network_;
+  petsc::MatHandle matrix_;
+  std::vector<std::int32_t> first_;  ///< [n+1] where the bonds of each unknown start in incident_
+  std::vector<BondId> incident_;     ///< ascending for each unknown
+};
+
+}  // namespace crackle

@@ -1,0 +1,40 @@
+/// A scene: what the command line asks for, one plain struct for each layer. The only place that reads our
+/// options; the solver's own are read by PETSc.
+#pragma once
+
+#include <string>
+
+#include "crackle/disorder.hpp"
+#include "crackle/ensemble.hpp"
+#include "crackle/equilibrium.hpp"
+#include "crackle/network_file.hpp"
+#include "crackle/run_file.hpp"
+
+namespace crackle {
+
+struct Scene {
+  NetworkOptions network;
+  DisorderOptions disorder;
+  EquilibriumOptions equilibrium;
+  EnsembleOptions ensemble;
+  OutputOptions output;
+  bool help = false;
+  std::string options;   ///< every option with the value used, "-name value" a line, sorted by name
+  std::string decisive;  ///< those among them that decide what the run file holds
+};
+
+/// The text of -help: name, default, allowed values and meaning of every option.
+[[nodiscard]] const std::string& help_text();
+
+/// Reads PETSc's options database. Throws InputError for a value that isn't allowed, or a word on the
+/// command line that is no option.
+[[nodiscard]] Scene read_scene();
+
+/// What every sample has in common. Throws InputError when -disorder file finds no thresholds.
+/// The views that it holds are of `scene` and `intact`.
+[[nodiscard]] Run make_run(const Scene& scene, const IntactNetwork& intact);
+
+/// The head of the run file; with -record network the network and, for a run of one sample, its thresholds.
+[[nodiscard]] RunHeader make_header(const Scene& scene, const IntactNetwork& intact);
+
+}  // namespace crackle

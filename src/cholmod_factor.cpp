@@ -1,0 +1,305 @@
+#include "crackle/cholmod_factor.hpp"
+
+#include <metis.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace crackle {
+
+namespace {
+
+static_assert(sizeof(idx_t) == sizeof(int));
+
+constexpr std::size_t kMostRank = 64;
+
+/// CHOLMOD's view of K: the upper triangle by columns is the lower one by rows, so the arrays serve as they
+/// are.
+cholmod_sparse as_cholmod(const SymmetricRows& K, const double* value) {
+  cholmod_sparse view{};
+  view.nrow = view.ncol = static_cast<std::size_t>(K.n);
+  view.nzmax = static_cast<std::size_t>(K.start[K.n]);
+  view.p = const_cast<int*>(K.start);   // NOLINT: CHOLMOD reads only
+  view.i = const_cast<int*>(K.column);  // NOLINT
+  view.x = const_cast<double*>(value);  // NOLINT
+  view.stype = 1;
+  view.itype = CHOLMOD_INT;
+  view.xtype = CHOLMOD_REAL;
+  view.dtype = CHOLMOD_DOUBLE;
+  view.sorted = view.packed = 1;
+  return view;
+}
+
+/// Which blocks K couples, without the last block: METIS's compressed rows.
+struct BlockGraph {
+  std::vector<idx_t> start{0};
+  std::vector<idx_t> neighbour;
+};
+
+BlockGraph block_graph(const SymmetricRows& K, int block_size) {
+  BlockGraph graph;
+  const int blocks = K.n / block_size - 1;
+  std::vector<int> seen(static_cast<std::size_t>(blocks), -1);
+  for (int block = 0; block < blocks; ++block) {
+    for (int row = block * block_size; row < (block + 1) * block_size; ++row) {
+      for (int i = K.start[row]; i < K.start[row + 1]; ++i) {
+        const int other = K.column[i] / block_size;
+        if (other == block || other == blocks || seen[other] == block) continue;
+        seen[other] = block;
+        graph.neighbour.push_back(other);
+      }
+    }
+    graph.start.push_back(static_cast<idx_t>(graph.neighbour.size()));
+  }
+  return graph;
+}
+
+/// Unknowns in elimination order: nested dissection of the blocks, the last block last.
+std::vector<int> dissect(const SymmetricRows& K, int block_size) {
+  BlockGraph graph = block_graph(K, block_size);
+  auto blocks = static_cast<idx_t>(graph.start.size() - 1);
+  std::vector<idx_t> order(static_cast<std::size_t>(blocks) + 1);
+  std::vector<idx_t> position(order.size());
+  order.back() = blocks;
+  if (!graph.neighbour.empty() && METIS_NodeND(&blocks, graph.start.data(), graph.neighbour.data(), nullptr,
+                                               nullptr, order.data(), position.data()) != METIS_OK) {
+    throw std::runtime_error("METIS could not order the network");
+  }
+  if (graph.neighbour.empty()) {
+    for (idx_t block = 0; block < blocks; ++block) order[block] = block;
+  }
+  std::vector<int> unknowns;
+  unknowns.reserve(static_cast<std::size_t>(K.n));
+  for (const idx_t block : order) {
+    for (int c = 0; c < block_size; ++c) unknowns.push_back(block * block_size + c);
+  }
+  return unknowns;
+}
+
+double diagonal(const SymmetricRows& K, int row) {
+  const int* const begin = K.column + K.start[row];
+  const int* const end = K.column + K.start[row + 1];
+  return K.value[std::lower_bound(begin, end, row) - K.column];
+}
+
+const int* starts(const cholmod_factor* factor) {
+  return static_cast<const int*>(factor->p);
+}
+const int* rows(const cholmod_factor* factor) {
+  return static_cast<const int*>(factor->i);
+}
+double* values(const cholmod_factor* factor) {
+  return static_cast<double*>(factor->x);
+}
+double pivot(const cholmod_factor* factor, int column) {
+  return values(factor)[starts(factor)[column]];
+}
+
+/// -1 at a root.
+int parent(const cholmod_factor* factor, int column) {
+  const bool leaf_only = static_cast<const int*>(factor->nz)[column] <= 1;
+  return leaf_only ? -1 : rows(factor)[starts(factor)[column] + 1];
+}
+
+}  // namespace
+
+CholmodFactor::CholmodFactor(const SymmetricRows& K, int block_size) {
+  cholmod_start(&common_);
+  common_.print = 0;
+  common_.nmethods = 1;
+  common_.method[0].ordering = CHOLMOD_GIVEN;
+  common_.postorder = 1;
+  common_.final_super = 0;
+  common_.final_ll = 0;
+  common_.final_asis = 0;
+  common_.final_pack = 1;
+  common_.final_monotonic = 1;
+  common_.final_resymbol = 1;
+  try {
+    analyse(K, block_size);
+  } catch (...) {
+    cholmod_finish(&common_);
+    throw;
+  }
+}
+
+CholmodFactor::~CholmodFactor() {
+  for (cholmod_dense** dense : {&load_, &x_, &y_, &e_}) cholmod_free_dense(dense, &common_);
+  cholmod_free_sparse(&change_, &common_);
+  cholmod_free_factor(&factor_, &common_);
+  cholmod_free_factor(&analysis_, &common_);
+  cholmod_finish(&common_);
+}
+
+void CholmodFactor::analyse(const SymmetricRows& K, int block_size) {
+  order_ = dissect(K, block_size);
+  cholmod_sparse view = as_cholmod(K, K.value);
+  analysis_ = cholmod_analyze_p(&view, order_.data(), nullptr, 0, &common_);
+  const auto n = static_cast<std::size_t>(K.n);
+  change_ = cholmod_allocate_sparse(n, kMostRank, 4 * kMostRank, 1, 1, 0, CHOLMOD_REAL, &common_);
+  load_ = cholmod_zeros(n, 1, CHOLMOD_REAL, &common_);
+  if (analysis_ == nullptr || change_ == nullptr || load_ == nullptr) {
+    throw std::runtime_error("CHOLMOD found no memory for " + std::to_string(K.n) + " unknowns");
+  }
+  const auto* permutation = static_cast<const int*>(analysis_->Perm);
+  order_.assign(permutation, permutation + n);
+  position_.resize(n);
+  for (int i = 0; i < K.n; ++i) position_[order_[i]] = i;
+  on_path_.assign(n, 0);
+}
+
+/// Supernodal LL^T first, then converted to simplicial LDL^T: three times as fast as LDL^T at once.
+void CholmodFactor::factor_afresh(const SymmetricRows& K) {
+  cholmod_sparse view = as_cholmod(K, K.value);
+  cholmod_free_factor(&factor_, &common_);
+  factor_ = cholmod_copy_factor(analysis_, &common_);
+  if (factor_ == nullptr || cholmod_factorize(&view, factor_, &common_) == 0) {
+    throw std::runtime_error("CHOLMOD found no memory for the factor");
+  }
+  bytes_ = static_cast<std::int64_t>(factor_->nzmax * (sizeof(double) + sizeof(int)) +
+                                     kept_.size() * sizeof(double));
+}
+
+bool CholmodFactor::factor(const SymmetricRows& K) {
+  pinned_.clear();
+  factor_afresh(K);
+  const bool definite = factor_->minor == factor_->n;
+  if (definite && pivots_hold(K)) return true;
+  if (factor_->minor == factor_->n - 1) return false;
+  return factor_pinned(K);
+}
+
+bool CholmodFactor::pivots_hold(const SymmetricRows& K) const {
+  for (int column = 0; column < K.n - 1; ++column) {
+    if (!(pivot(factor_, column) > kNullPivot * diagonal(K, order_[column]))) return false;
+  }
+  return pivot(factor_, K.n - 1) > 0;
+}
+
+bool CholmodFactor::factor_pinned(const SymmetricRows& K) {
+  pinned_ = find_null_pivots(K);
+  pinned_value_.assign(K.value, K.value + K.start[K.n]);
+  for (const int row : pinned_) {
+    const int* const begin = K.column + K.start[row];
+    pinned_value_[std::lower_bound(begin, K.column + K.start[row + 1], row) - K.column] *= 2;
+  }
+  const SymmetricRows pinned{K.n, K.start, K.column, pinned_value_.data()};
+  factor_afresh(pinned);
+  return factor_->minor == factor_->n && pivots_hold(pinned);
+}
+
+/// One simplicial LDL^T of K scaled to a unit diagonal, in which a pivot that is not above kNullPivot is
+/// replaced by that bound: the rounding that its column holds then stays rounding in what follows.
+std::vector<int> CholmodFactor::find_null_pivots(const SymmetricRows& K) {
+  std::vector<double> scale(static_cast<std::size_t>(K.n));
+  for (int row = 0; row < K.n; ++row) {
+    const double entry = diagonal(K, row);
+    scale[row] = entry > 0 ? 1 / std::sqrt(entry) : 1;
+  }
+  std::vector<double> scaled(K.value, K.value + K.start[K.n]);
+  for (int row = 0; row < K.n; ++row) {
+    for (int i = K.start[row]; i < K.start[row + 1]; ++i) scaled[i] *= scale[row] * scale[K.column[i]];
+  }
+  cholmod_sparse view = as_cholmod(K, scaled.data());
+  const int strategy = common_.supernodal;
+  common_.supernodal = CHOLMOD_SIMPLICIAL;
+  common_.dbound = kNullPivot;
+  common_.postorder = 0;
+  std::vector<int> order = order_;
+  cholmod_factor* probe = cholmod_analyze_p(&view, order.data(), nullptr, 0, &common_);
+  if (probe != nullptr) cholmod_factorize(&view, probe, &common_);
+  common_.supernodal = strategy;
+  common_.dbound = 0;
+  common_.postorder = 1;
+  std::vector<int> found;
+  for (int column = 0; probe != nullptr && column < K.n - 1; ++column) {
+    if (!(std::abs(pivot(probe, column)) > 2 * kNullPivot)) found.push_back(order_[column]);
+  }
+  cholmod_free_factor(&probe, &common_);
+  return found;
+}
+
+void CholmodFactor::fill_change(std::span<const RankOne> w) {
+  auto* start = static_cast<int*>(change_->p);
+  auto* row = static_cast<int*>(change_->i);
+  auto* value = static_cast<double*>(change_->x);
+  int filled = 0;
+  change_->ncol = w.size();
+  for (std::size_t column = 0; column < w.size(); ++column) {
+    start[column] = filled;
+    for (int i = 0; i < w[column].size; ++i, ++filled) {
+      const int place = position_[w[column].row[i]];
+      int at = filled;  // rows ascend within a column
+      for (; at > start[column] && row[at - 1] > place; --at) {
+        row[at] = row[at - 1];
+        value[at] = value[at - 1];
+      }
+      row[at] = place;
+      value[at] = w[column].value[i];
+    }
+  }
+  start[w.size()] = filled;
+}
+
+/// The columns from each w's first row up to the roots of the elimination tree, each once.
+void CholmodFactor::collect_path(std::span<const RankOne> w) {
+  path_.clear();
+  path_pivot_.clear();
+  const auto* start = static_cast<const int*>(change_->p);
+  for (std::size_t k = 0; k < w.size(); ++k) {
+    int column = start[k] < start[k + 1] ? static_cast<const int*>(change_->i)[start[k]] : -1;
+    for (; column >= 0 && on_path_[column] == 0; column = parent(factor_, column)) {
+      on_path_[column] = 1;
+      path_.push_back(column);
+      path_pivot_.push_back(pivot(factor_, column));
+    }
+  }
+  for (const int column : path_) on_path_[column] = 0;
+}
+
+double CholmodFactor::downdate(std::span<const RankOne> w) {
+  double slack = 1;
+  for (; w.size() > kMostRank; w = w.subspan(kMostRank)) slack *= downdate(w.first(kMostRank));
+  fill_change(w);
+  collect_path(w);
+  if (cholmod_updown(0, change_, factor_, &common_) == 0) throw std::runtime_error("CHOLMOD found no memory");
+  for (std::size_t i = 0; i < path_.size(); ++i) slack *= pivot(factor_, path_[i]) / path_pivot_[i];
+  return std::isnan(slack) ? 0 : slack;
+}
+
+void CholmodFactor::solve(std::span<const double> b, std::span<double> x) {
+  auto* load = static_cast<double*>(load_->x);
+  const std::size_t n = b.size();
+  for (std::size_t i = 0; i < n; ++i) load[position_[i]] = b[i];
+  const bool plate_only = std::all_of(load, load + n - 1, [](double entry) { return entry == 0; });
+  const int system = plate_only ? CHOLMOD_DLt : CHOLMOD_LDLt;
+  cholmod_solve2(system, factor_, load_, nullptr, &x_, nullptr, &y_, &e_, &common_);
+  const auto* solution = static_cast<const double*>(x_->x);
+  for (std::size_t i = 0; i < n; ++i) x[i] = solution[position_[i]];
+}
+
+void CholmodFactor::keep() {
+  kept_.assign(values(factor_), values(factor_) + factor_->nzmax);
+  bytes_ = static_cast<std::int64_t>(factor_->nzmax * (2 * sizeof(double) + sizeof(int)));
+}
+
+bool CholmodFactor::restore() {
+  if (factor_ == nullptr || kept_.size() != factor_->nzmax) return false;
+  std::ranges::copy(kept_, values(factor_));
+  return true;
+}
+
+double CholmodFactor::last_pivot() const {
+  return pivot(factor_, static_cast<int>(factor_->n) - 1);
+}
+
+std::int64_t CholmodFactor::entries() const {
+  const auto* count = static_cast<const int*>(factor_->nz);
+  std::int64_t sum = 0;
+  for (std::size_t column = 0; column < factor_->n; ++column) sum += count[column];
+  return sum;
+}
+
+}  // namespace crackle

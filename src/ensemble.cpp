@@ -1,0 +1,66 @@
+#include "crackle/ensemble.hpp"
+
+#include <memory>
+#include <vector>
+
+#include "crackle/observe_breaks.hpp"
+#include "crackle/observe_profile.hpp"
+#include "crackle/observe_snapshot.hpp"
+#include "crackle/progress.hpp"
+
+namespace crackle {
+
+namespace {
+
+/// Only the observers that the scene asks for.
+std::vector<std::unique_ptr<Observer>> make_observers(const Run& run, const Network& network,
+                                                      SampleRecord& record) {
+  std::vector<std::unique_ptr<Observer>> observers;
+  if (run.record.breaks) observers.push_back(std::make_unique<ObserveBreaks>(record));
+  if (run.record.profile)
+    observers.push_back(std::make_unique<ObserveProfile>(network, run.row_spacing, record));
+  if (run.record.snapshot)
+    observers.push_back(std::make_unique<ObserveSnapshot>(run.record.snapshot_at, record));
+  return observers;
+}
+
+std::vector<std::int64_t> samples_to_break(const EnsembleOptions& options, const RunFile& file) {
+  std::vector<std::int64_t> samples;
+  for (std::int64_t index = options.first_sample; index < options.first_sample + options.samples; ++index) {
+    if (!file.finished().contains(index)) samples.push_back(index);
+  }
+  return samples;
+}
+
+void break_samples(const Run& run, Equilibrium& equilibrium, RunFile& file, PhaseTimes& times) {
+  SampleRecord record;
+  const auto owned = make_observers(run, equilibrium.network(), record);
+  std::vector<Observer*> observers;
+  for (const auto& observer : owned) observers.push_back(observer.get());
+  std::vector<double> threshold(run.threshold.begin(), run.threshold.end());
+  threshold.resize(equilibrium.network().lattice.bond.size());
+  const auto samples = samples_to_break(run.ensemble, file);
+  Progress progress(std::ssize(samples), run.ensemble.monitor == Monitor::none);
+  for (const std::int64_t index : samples) {
+    if (!run.disorder.from_file) draw_uniform_thresholds(run.disorder.seed, index, threshold);
+    record.summary = break_sample(equilibrium, index, threshold, run.ensemble.stop, observers);
+    {
+      const PhaseScope scope(times, Phase::output);
+      file.add(record);
+    }
+    progress.sample_done(record.summary);
+  }
+}
+
+}  // namespace
+
+void run_ensemble(const Run& run, Equilibrium& equilibrium, RunFile& file, PhaseTimes& times) {
+  try {
+    break_samples(run, equilibrium, file, times);
+  } catch (...) {
+    file.flush();
+    throw;
+  }
+}
+
+}  // namespace crackle

@@ -1,0 +1,88 @@
+#include "crackle/equilibrium.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "crackle/equilibrium_dense.hpp"
+#include "crackle/equilibrium_ksp.hpp"
+#include "crackle/error.hpp"
+
+namespace crackle {
+
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// ratio[e] = f_e / t_e, or its magnitude; 0 for what is below `smallest` elongation. Returns the largest.
+template <int width, bool magnitude>
+double fill_ratios(const Network& network, std::span<const double> threshold, std::span<const double> u,
+                   double smallest, std::span<double> ratio) {
+  const Dof* dof = network.bond_dof.data();
+  const double* value = network.bond_value.data();
+  double largest = 0;
+  for (std::size_t e = 0; e < ratio.size(); ++e, dof += width, value += width) {
+    double stretch = 0;
+    for (int i = 0; i < width; ++i) stretch += value[i] * u[dof[i]];
+    const double size = magnitude ? std::abs(stretch) : stretch;
+    ratio[e] = size > smallest ? network.stiffness[e] * size / threshold[e] : 0;
+    largest = std::max(largest, ratio[e]);
+  }
+  return largest;
+}
+
+}  // namespace
+
+void Equilibrium::reset(std::span<const double> threshold) {
+  std::ranges::fill(broken_, std::uint8_t{0});
+  for (BondId e = 0; e < network_.bonds(); ++e)
+    threshold_[e] = network_.can_stretch(e) ? threshold[e] : kNever;
+  intact_stiffness_ = 0;
+  complaint_.clear();
+  do_reset();
+}
+
+void Equilibrium::remove(BondId bond) {
+  broken_[bond] = 1;
+  threshold_[bond] = kNever;
+  ++counts_.breaks;
+  do_remove(bond);
+}
+
+State Equilibrium::scan(std::span<const double> u, Critical& next) {
+  const bool magnitude = options_.break_on == BreakOn::magnitude;
+  const auto fill = network_.components == 1 ? (magnitude ? fill_ratios<2, true> : fill_ratios<2, false>)
+                                             : (magnitude ? fill_ratios<4, true> : fill_ratios<4, false>);
+  ratio_.resize(threshold_.size());
+  const double plate = u[network_.plate];
+  const double largest = fill(network_, threshold_, u, kNoElongation * plate, ratio_);
+  if (!(largest > 0)) return State::failed;
+  const auto first =
+      std::ranges::find_if(ratio_, [tied = largest * (1 - kTie)](double r) { return r >= tied; });
+  next.bond = static_cast<BondId>(first - ratio_.begin());
+  next.load = 1 / largest;
+  next.stiffness = 1 / plate;
+  return State::carrying;
+}
+
+bool Equilibrium::has_failed(double stiffness) {
+  if (intact_stiffness_ == 0) {
+    intact_stiffness_ = stiffness;
+    return !(stiffness > 0);
+  }
+  return !(stiffness > kFailedStiffness * intact_stiffness_);
+}
+
+std::string equilibrium_names() {
+  return "ksp, dense";
+}
+
+std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const EquilibriumOptions& options,
+                                              PhaseTimes& times) {
+  if (options.strategy == "ksp") return make_equilibrium_ksp(network, options, times);
+  if (options.strategy == "dense") return make_equilibrium_dense(network, options, times);
+  throw InputError("-equilibrium", options.strategy, equilibrium_names());
+}
+
+}  // namespace crackle

@@ -1,0 +1,111 @@
+#include "crackle/equilibrium_dense.hpp"
+
+#include <petscblaslapack.h>
+#include <petscsys.h>
+
+#include <algorithm>
+#include <string>
+
+#include "crackle/error.hpp"
+
+namespace crackle {
+
+namespace {
+
+/// A squared pivot of L below this fraction of its diagonal entry is null: its unknown is pinned.
+constexpr double kNullPivot = 1e-12;
+
+class EquilibriumDense final : public Equilibrium {
+ public:
+  EquilibriumDense(const Network& network, const EquilibriumOptions& options, PhaseTimes& times)
+      : Equilibrium(network, options, times),
+        n_(static_cast<std::size_t>(network.unknowns)),
+        u_(n_),
+        K_(n_ * n_) {
+    counts_.unknowns = network.unknowns;
+    counts_.factor_entries = static_cast<std::int64_t>(n_ * (n_ + 1) / 2);
+  }
+
+  [[nodiscard]] State find_critical(Critical& next) override {
+    if (!factor()) return State::failed;
+    solve();
+    const PhaseScope scope(times_, Phase::search);
+    if (has_failed(1 / u_.back())) return State::failed;
+    return scan(u_, next);
+  }
+
+  [[nodiscard]] std::span<const double> displacements() override { return u_; }
+
+ private:
+  void do_reset() override {
+    pinned_.clear();
+    counts_.null_pivots = 0;
+  }
+  void do_remove(BondId /*bond*/) override {}
+
+  /// The lower triangle of K by columns, pinned unknowns with twice their diagonal.
+  void assemble() {
+    const PhaseScope scope(times_, Phase::assembly);
+    std::ranges::fill(K_, 0.0);
+    for (const Dof slot : network_.idle) K_[slot * (n_ + 1)] = 1;
+    for (BondId e = 0; e < network_.bonds(); ++e) {
+      if (broken()[e] != 0) continue;
+      const auto dofs = network_.bond_dofs(e);
+      const auto values = network_.bond_values(e);
+      for (std::size_t i = 0; i < dofs.size(); ++i) {
+        for (std::size_t j = 0; j < dofs.size(); ++j) {
+          if (dofs[i] >= dofs[j]) K_[dofs[j] * n_ + dofs[i]] += network_.stiffness[e] * values[i] * values[j];
+        }
+      }
+    }
+    for (const Dof dof : pinned_) K_[dof * (n_ + 1)] *= 2;
+  }
+
+  /// K = L L^T, pinning one null pivot after another; false when the plate's pivot is the null one.
+  bool factor() {
+    while (true) {
+      assemble();
+      for (std::size_t i = 0; i < n_; ++i) u_[i] = K_[i * (n_ + 1)];
+      const PhaseScope scope(times_, Phase::factor);
+      const auto n = static_cast<PetscBLASInt>(n_);
+      PetscBLASInt info = 0;
+      ++counts_.factorizations;
+      LAPACKpotrf_("L", &n, K_.data(), &n, &info);
+      const std::size_t end = info > 0 ? static_cast<std::size_t>(info) - 1 : n_;
+      std::size_t null = 0;
+      while (null < end && K_[null * (n_ + 1)] * K_[null * (n_ + 1)] > kNullPivot * u_[null]) ++null;
+      if (null == n_) return true;
+      if (null == n_ - 1) return info == 0;
+      pinned_.push_back(static_cast<Dof>(null));
+      ++counts_.null_pivots;
+    }
+  }
+
+  void solve() {
+    const PhaseScope scope(times_, Phase::solve);
+    const auto n = static_cast<PetscBLASInt>(n_);
+    const PetscBLASInt one = 1;
+    PetscBLASInt info = 0;
+    std::ranges::fill(u_, 0.0);
+    u_.back() = 1;
+    LAPACKpotrs_("L", &n, &one, K_.data(), &n, u_.data(), &n, &info);
+  }
+
+  std::size_t n_;
+  std::vector<double> u_;  ///< [n]
+  std::vector<double> K_;  ///< [n * n] by columns; its factor after `factor`
+  std::vector<Dof> pinned_;
+};
+
+}  // namespace
+
+std::unique_ptr<Equilibrium> make_equilibrium_dense(const Network& network, const EquilibriumOptions& options,
+                                                    PhaseTimes& times) {
+  if (network.unknowns > kMostDenseUnknowns) {
+    throw InputError("-equilibrium dense on a network of unknowns", std::to_string(network.unknowns),
+                     "at most " + std::to_string(kMostDenseUnknowns) + " unknowns");
+  }
+  return std::make_unique<EquilibriumDense>(network, options, times);
+}
+
+}  // namespace crackle

@@ -1,0 +1,259 @@
+#include "crackle/equilibrium_ksp.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "crackle/error.hpp"
+#include "crackle/network_matrix.hpp"
+#include "crackle/pc_updown.hpp"
+
+namespace crackle {
+
+namespace {
+
+using petsc::check;
+
+/// A downdate with a slack below this is not trusted: it loses as many digits as the slack has zeros.
+constexpr double kSmallSlack = 1e-8;
+/// Relative rounding to expect in a slack, next to which a computed one says no more.
+constexpr double kSlackRounding = 1e-12;
+/// A slack below this, and every kCheckEvery-th break, has the residual measured.
+constexpr double kDoubtfulSlack = 1e-4;
+constexpr std::int64_t kCheckEvery = 64;
+/// Backward error above which the downdated factor is replaced; a fresh one leaves 1e-16.
+constexpr double kLargestResidual = 1e-12;
+/// Default of -ksp_rtol: tight enough that iterative solvers break the same bonds.
+constexpr double kDefaultTolerance = 1e-12;
+
+class EquilibriumKsp final : public Equilibrium {
+ public:
+  EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times);
+  [[nodiscard]] State find_critical(Critical& next) override;
+  [[nodiscard]] std::span<const double> displacements() override;
+  [[nodiscard]] EquilibriumCounts counts() const override;
+
+ private:
+  void do_reset() override;
+  void do_remove(BondId bond) override;
+  void create_solver();
+  /// Fills u_; `failed` when K is singular.
+  [[nodiscard]] State solve();
+  [[nodiscard]] State judge(KSPConvergedReason reason);
+  [[nodiscard]] State confirm_failure(const std::string& why);
+  void downdate(BondId bond);
+  [[nodiscard]] State check_downdates();
+  [[nodiscard]] double measure_residual();
+
+  NetworkMatrix matrix_;
+  petsc::VecHandle load_, u_;
+  petsc::KspHandle ksp_;
+  petsc::KspHandle direct_;  ///< made when an iteration fails, to tell failure from trouble
+  PC pc_ = nullptr;
+  bool updown_ = false;
+  bool loose_ = false;  ///< the last break left nothing that carries
+  bool check_due_ = false;
+  bool kept_ = false;              ///< the intact factor has a copy
+  std::vector<BondId> removed_;    ///< since reset
+  std::vector<double> workspace_;  ///< [n] of the residual
+};
+
+EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times)
+    : Equilibrium(network, options, times), matrix_(network) {
+  check(MatCreateVecs(matrix_.get(), u_.out(), load_.out()));
+  check(VecSetValue(load_, network.plate, 1.0, INSERT_VALUES));
+  check(VecAssemblyBegin(load_));
+  check(VecAssemblyEnd(load_));
+  create_solver();
+  counts_.unknowns = network.unknowns;
+  // the intact factor, at once: solvers read the last of their options here. What goes wrong now goes wrong
+  // again, and is told, in the first solve.
+  const PhaseScope scope(times, Phase::factor);
+  KSPSetUp(ksp_);
+}
+
+void EquilibriumKsp::create_solver() {
+  check(KSPCreate(PETSC_COMM_SELF, ksp_.out()));
+  check(KSPSetOperators(ksp_, matrix_.get(), matrix_.get()));
+  check(KSPGetPC(ksp_, &pc_));
+  check(KSPSetType(ksp_, KSPPREONLY));
+  check(PCSetType(pc_, "updown"));
+  check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  check(KSPSetFromOptions(ksp_));
+  updown_ = is_pc_updown(pc_);
+  PetscBool preonly = PETSC_FALSE;
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(ksp_)), KSPPREONLY, &preonly));
+  if (updown_ && preonly == PETSC_TRUE && pc_updown_rank(pc_) > 1) {
+    throw InputError("-pc_updown_rank", std::to_string(pc_updown_rank(pc_)),
+                     "1 under -ksp_type preonly; -ksp_type cg solves what the factor has not yet");
+  }
+}
+
+void EquilibriumKsp::do_reset() {
+  check(VecZeroEntries(u_));
+  loose_ = false;
+  check_due_ = false;
+  if (removed_.empty()) return;
+  {
+    const PhaseScope scope(times_, Phase::assembly);
+    matrix_.update(removed_, broken());
+    removed_.clear();
+  }
+  if (!updown_) return;
+  const PhaseScope scope(times_, Phase::factor);
+  pc_updown_restore(pc_);
+}
+
+void EquilibriumKsp::do_remove(BondId bond) {
+  removed_.push_back(bond);
+  {
+    const PhaseScope scope(times_, Phase::assembly);
+    matrix_.update({&bond, 1}, broken());
+  }
+  if (updown_) downdate(bond);
+}
+
+/// F after the break follows from F before it, the bond's force f at unit plate load and the slack s:
+/// 1/F' = 1/F + f^2 / (k s) (Sherman-Morrison), so that the largest s that rounding allows bounds F'.
+void EquilibriumKsp::downdate(BondId bond) {
+  RankOne w;
+  const double k = network_.stiffness[bond];
+  for (std::size_t i = 0; i < network_.bond_dofs(bond).size(); ++i) {
+    if (network_.bond_values(bond)[i] == 0) continue;
+    w.row[w.size] = network_.bond_dofs(bond)[i];
+    w.value[w.size++] = std::sqrt(k) * network_.bond_values(bond)[i];
+  }
+  double slack = 1;
+  {
+    const PhaseScope scope(times_, Phase::downdate);
+    slack = pc_updown_remove(pc_, w);
+  }
+  const auto u = displacements();
+  const double force = k * elongation(network_, bond, u);
+  const double most = 1 / (u[network_.plate] + force * force / (k * (std::max(slack, 0.0) + kSlackRounding)));
+  loose_ = most < kFailedStiffness * intact_stiffness();
+  if (loose_) return;
+  counts_.smallest_slack = std::min(counts_.smallest_slack, slack);
+  check_due_ = slack < kDoubtfulSlack || std::ssize(removed_) % kCheckEvery == 0;
+  if (slack >= kSmallSlack) return;
+  const PhaseScope scope(times_, Phase::factor);
+  ++counts_.refactors;
+  loose_ = !pc_updown_refactor(pc_);
+}
+
+State EquilibriumKsp::solve() {
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  PetscErrorCode code = 0;
+  {
+    const PhaseScope scope(times_, Phase::factor);
+    code = KSPSetUp(ksp_);
+    if (updown_ && !kept_ && options_.many_samples && removed_.empty() && code == 0) {
+      pc_updown_keep(pc_);
+      kept_ = true;
+    }
+  }
+  if (code == 0) {
+    const PhaseScope scope(times_, Phase::solve);
+    code = KSPSolve(ksp_, load_, u_);
+  }
+  // CHOLMOD through PETSc answers a singular matrix with this error
+  if (code == PETSC_ERR_MAT_CH_ZRPVT) return confirm_failure(petsc::last_message());
+  check(code);
+  check(KSPGetConvergedReason(ksp_, &reason));
+  PetscInt iterations = 0;
+  check(KSPGetIterationNumber(ksp_, &iterations));
+  counts_.iterations += iterations;
+  return judge(reason);
+}
+
+State EquilibriumKsp::judge(KSPConvergedReason reason) {
+  if (reason > 0) return State::carrying;
+  const char* const name = KSPConvergedReasons[reason];
+  return confirm_failure(std::string("the solver stopped with ") + name);
+}
+
+/// A solver that gives up may have met the end of the network or its own: a factor with null pivots pinned
+/// tells which.
+State EquilibriumKsp::confirm_failure(const std::string& why) {
+  PC pc = nullptr;
+  if (direct_ == nullptr) {
+    check(KSPCreate(PETSC_COMM_SELF, direct_.out()));
+    check(KSPSetType(direct_, KSPPREONLY));
+    check(KSPGetPC(direct_, &pc));
+    check(PCSetType(pc, "updown"));
+  }
+  check(KSPSetOperators(direct_, matrix_.get(), matrix_.get()));
+  check(KSPSolve(direct_, load_, u_));
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  check(KSPGetConvergedReason(direct_, &reason));
+  ++counts_.refactors;
+  const double stiffness = 1 / displacements()[network_.plate];
+  if (reason < 0 || (intact_stiffness() > 0 && has_failed(stiffness))) return State::failed;
+  complaint_ = why +
+               " though the network still carries: try a direct solver, a tighter -ksp_rtol, more "
+               "-ksp_max_it, or for a network with floppy parts -pc_type updown";
+  return State::unsolved;
+}
+
+double EquilibriumKsp::measure_residual() {
+  workspace_.resize(static_cast<std::size_t>(network_.unknowns));
+  const double error = backward_error(network_, broken(), displacements(), workspace_);
+  check_due_ = false;
+  return error;
+}
+
+/// Replaces a downdated factor whose residual has grown, once.
+State EquilibriumKsp::check_downdates() {
+  double error = measure_residual();
+  if (!(error <= kLargestResidual)) {
+    {
+      const PhaseScope scope(times_, Phase::factor);
+      ++counts_.refactors;
+      if (!pc_updown_refactor(pc_)) return State::failed;
+    }
+    const State state = solve();
+    if (state != State::carrying) return state;
+    error = measure_residual();
+  }
+  counts_.largest_residual = std::max(counts_.largest_residual, error);
+  return State::carrying;
+}
+
+State EquilibriumKsp::find_critical(Critical& next) {
+  if (loose_) return State::failed;
+  State state = solve();
+  if (state == State::carrying && check_due_) state = check_downdates();
+  if (state != State::carrying) return state;
+  const PhaseScope scope(times_, Phase::search);
+  const auto u = displacements();
+  if (has_failed(1 / u[network_.plate])) return State::failed;
+  return scan(u, next);
+}
+
+std::span<const double> EquilibriumKsp::displacements() {
+  const PetscScalar* u = nullptr;
+  check(VecGetArrayRead(u_, &u));
+  const std::span<const double> view(u, static_cast<std::size_t>(network_.unknowns));
+  check(VecRestoreArrayRead(u_, &u));
+  return view;
+}
+
+EquilibriumCounts EquilibriumKsp::counts() const {
+  EquilibriumCounts counts = counts_;
+  if (updown_) {
+    const PcUpdownCounts pc = pc_updown_counts(pc_);
+    counts.factorizations = pc.factorizations;
+    counts.null_pivots = pc.null_pivots;
+    counts.factor_entries = pc.entries;
+  }
+  return counts;
+}
+
+}  // namespace
+
+std::unique_ptr<Equilibrium> make_equilibrium_ksp(const Network& network, const EquilibriumOptions& options,
+                                                  PhaseTimes& times) {
+  return std::make_unique<EquilibriumKsp>(network, options, times);
+}
+
+}  // namespace crackle

@@ -1,0 +1,123 @@
+#include "crackle/network_file.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "crackle/error.hpp"
+
+namespace crackle {
+
+namespace {
+
+/// Values of a dataset [..][2] as pairs.
+template <class Pair, class T>
+std::vector<Pair> read_pairs(hid_t file, const std::string& name) {
+  std::vector<hsize_t> shape;
+  const std::vector<T> values = hdf5::read<T>(file, name, &shape);
+  if (shape.size() != 2 || shape[1] != 2) throw InputError("shape of dataset /" + name, "", "[..][2]");
+  std::vector<Pair> pairs;
+  pairs.reserve(values.size() / 2);
+  for (std::size_t i = 0; i < values.size(); i += 2) pairs.push_back({values[i], values[i + 1]});
+  return pairs;
+}
+
+std::vector<double> read_optional(hid_t file, const std::string& name, std::size_t bonds) {
+  if (!hdf5::exists(file, name)) return {};
+  std::vector<double> values = hdf5::read<double>(file, name);
+  if (values.size() != bonds) {
+    throw InputError("size of dataset /" + name, std::to_string(values.size()),
+                     "one value for each of the " + std::to_string(bonds) + " bonds");
+  }
+  return values;
+}
+
+Model read_model(hid_t group) {
+  const double components = hdf5::read_number(group, "components");
+  if (components != 1 && components != 2) {
+    throw InputError("attribute components", std::to_string(components), "1 (fuse) or 2 (spring)");
+  }
+  return components == 1 ? Model::fuse : Model::spring;
+}
+
+NetworkFile read_group(hid_t file) {
+  if (!hdf5::exists(file, "network")) throw InputError("group /network", "", "present in the file");
+  const hdf5::Handle group(H5Oopen(file, "network", H5P_DEFAULT));
+  NetworkFile result;
+  result.model = read_model(group);
+  std::vector<Grip> grips;
+  for (const std::int8_t mark : hdf5::read<std::int8_t>(file, "network/nodes/grip")) {
+    grips.push_back(static_cast<Grip>(mark));
+  }
+  result.lattice = make_lattice(hdf5::read_number(group, "period_x"),
+                                read_pairs<Vector2, double>(file, "network/nodes/position"), std::move(grips),
+                                read_pairs<std::array<NodeId, 2>, NodeId>(file, "network/bonds/nodes"));
+  result.stiffness = read_optional(file, "network/bonds/stiffness", result.lattice.bond.size());
+  result.threshold = read_optional(file, "network/bonds/threshold", result.lattice.bond.size());
+  for (std::size_t e = 0; e < result.threshold.size(); ++e) {
+    if (result.threshold[e] >= 0) continue;
+    throw InputError("threshold of bond " + std::to_string(e), std::to_string(result.threshold[e]),
+                     "a number from 0");
+  }
+  return result;
+}
+
+template <class T, class Pair>
+std::vector<T> flatten(const std::vector<Pair>& pairs) {
+  std::vector<T> values;
+  values.reserve(2 * pairs.size());
+  for (const auto& [first, second] : pairs) {
+    values.push_back(first);
+    values.push_back(second);
+  }
+  return values;
+}
+
+}  // namespace
+
+NetworkFile read_network_file(const std::string& path) {
+  const hdf5::Handle file = hdf5::open_file(path);
+  try {
+    return read_group(file);
+  } catch (const InputError& error) {
+    throw InputError("network file " + path + ": " + error.what());
+  }
+}
+
+IntactNetwork load_network(const NetworkOptions& options) {
+  if (!options.from_file) {
+    const Model model = options.model.value_or(Model::spring);
+    return {make_network(triangular_lattice(options.size, options.row_spacing), model, options.grips, {}),
+            {}};
+  }
+  NetworkFile file = read_network_file(options.file);
+  if (options.model.value_or(file.model) != file.model) {
+    throw InputError("-model", file.model == Model::fuse ? "spring" : "fuse",
+                     std::string("the one of network file ") + options.file + ", " +
+                         (file.model == Model::fuse ? "fuse (components 1)" : "spring (components 2)"));
+  }
+  try {
+    return {make_network(std::move(file.lattice), file.model, options.grips, std::move(file.stiffness)),
+            std::move(file.threshold)};
+  } catch (const InputError& error) {
+    throw InputError("network file " + options.file + ": " + error.what());
+  }
+}
+
+void write_network(hid_t file, const Network& network, std::span<const double> threshold) {
+  const Lattice& lattice = network.lattice;
+  const hdf5::Handle group = hdf5::create_group(file, "network");
+  hdf5::write_attribute(group, "components", static_cast<std::int32_t>(network.components));
+  hdf5::write_attribute(group, "period_x", lattice.period_x);
+  const hdf5::Handle nodes = hdf5::create_group(group, "nodes");
+  hdf5::write<double>(nodes, "position", flatten<double>(lattice.position), 2);
+  std::vector<std::int8_t> grips;
+  grips.reserve(lattice.grip.size());
+  for (const Grip grip : lattice.grip) grips.push_back(static_cast<std::int8_t>(grip));
+  hdf5::write<std::int8_t>(nodes, "grip", grips);
+  const hdf5::Handle bonds = hdf5::create_group(group, "bonds");
+  hdf5::write<NodeId>(bonds, "nodes", flatten<NodeId>(lattice.bond), 2);
+  hdf5::write<double>(bonds, "stiffness", network.stiffness);
+  if (!threshold.empty()) hdf5::write<double>(bonds, "threshold", threshold);
+}
+
+}  // namespace crackle

@@ -1,0 +1,103 @@
+#include "crackle/network_matrix.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace crackle {
+
+using petsc::check;
+
+NetworkMatrix::NetworkMatrix(const Network& network) : network_(network) {
+  list_bonds();
+  allocate();
+  const std::vector<std::uint8_t> none(network.lattice.bond.size(), 0);
+  std::vector<BondId> all;
+  for (BondId e = 0; e < network.bonds(); ++e) {
+    if (network.can_stretch(e)) all.push_back(e);
+  }
+  for (const Dof slot : network.idle) check(MatSetValue(matrix_, slot, slot, 1.0, INSERT_VALUES));
+  update(all, none);
+  check(MatSetOption(matrix_, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
+}
+
+void NetworkMatrix::list_bonds() {
+  first_.assign(static_cast<std::size_t>(network_.unknowns) + 1, 0);
+  const auto each_end = [this](auto act) {
+    for (BondId e = 0; e < network_.bonds(); ++e) {
+      if (!network_.can_stretch(e)) continue;
+      for (std::size_t i = 0; i < network_.bond_dofs(e).size(); ++i) {
+        if (network_.bond_values(e)[i] != 0) act(network_.bond_dofs(e)[i], e);
+      }
+    }
+  };
+  each_end([this](Dof dof, BondId) { ++first_[dof + 1]; });
+  for (Dof dof = 0; dof < network_.unknowns; ++dof) first_[dof + 1] += first_[dof];
+  incident_.resize(static_cast<std::size_t>(first_.back()));
+  std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
+  each_end([&](Dof dof, BondId e) { incident_[next[dof]++] = e; });
+}
+
+void NetworkMatrix::allocate() {
+  std::vector<PetscInt> entries(static_cast<std::size_t>(network_.unknowns), 1);
+  std::vector<Dof> seen(entries.size(), Network::kFixed);
+  for (Dof row = 0; row < network_.unknowns; ++row) {
+    seen[row] = row;
+    for (std::int32_t i = first_[row]; i < first_[row + 1]; ++i) {
+      const BondId e = incident_[i];
+      for (std::size_t j = 0; j < network_.bond_dofs(e).size(); ++j) {
+        const Dof column = network_.bond_dofs(e)[j];
+        if (network_.bond_values(e)[j] == 0 || seen[column] == row) continue;
+        seen[column] = row;
+        ++entries[row];
+      }
+    }
+  }
+  const PetscInt n = network_.unknowns;
+  check(MatCreate(PETSC_COMM_SELF, matrix_.out()));
+  check(MatSetSizes(matrix_, n, n, n, n));
+  check(MatSetBlockSize(matrix_, network_.components));
+  check(MatSetType(matrix_, MATSEQAIJ));
+  check(MatSeqAIJSetPreallocation(matrix_, 0, entries.data()));
+  check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
+  check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+}
+
+double NetworkMatrix::entry(Dof row, Dof column, std::span<const std::uint8_t> broken) const {
+  double sum = 0;
+  for (std::int32_t i = first_[row]; i < first_[row + 1]; ++i) {
+    const BondId e = incident_[i];
+    if (broken[e] != 0) continue;
+    double at_row = 0;
+    double at_column = 0;
+    for (std::size_t j = 0; j < network_.bond_dofs(e).size(); ++j) {
+      if (network_.bond_values(e)[j] == 0) continue;
+      if (network_.bond_dofs(e)[j] == row) at_row = network_.bond_values(e)[j];
+      if (network_.bond_dofs(e)[j] == column) at_column = network_.bond_values(e)[j];
+    }
+    sum += network_.stiffness[e] * (at_row * at_column);
+  }
+  return sum;
+}
+
+void NetworkMatrix::update(std::span<const BondId> bonds, std::span<const std::uint8_t> broken) {
+  for (const BondId e : bonds) {
+    std::array<PetscInt, kMostBondDofs> dof{};
+    std::array<PetscScalar, std::size_t{kMostBondDofs} * kMostBondDofs> value{};
+    PetscInt size = 0;
+    for (std::size_t i = 0; i < network_.bond_dofs(e).size(); ++i) {
+      if (network_.bond_values(e)[i] != 0) dof[size++] = network_.bond_dofs(e)[i];
+    }
+    for (PetscInt i = 0; i < size; ++i) {
+      for (PetscInt j = 0; j < size; ++j) {
+        // the shorter list of bonds: the plate has as many as a row of the lattice
+        const auto [row, column] = std::minmax(dof[i], dof[j]);
+        value[i * size + j] = entry(row, column, broken);
+      }
+    }
+    check(MatSetValues(matrix_, size, dof.data(), size, dof.data(), value.data(), INSERT_VALUES));
+  }
+  check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
+  check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
+}
+
+}  // namespace crackle

@@ -1,0 +1,166 @@
+#include "crackle/option_text.hpp"
+
+#include <petscsys.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdio>
+#include <numeric>
+#include <vector>
+
+#include "crackle/error.hpp"
+#include "crackle/petsc_handle.hpp"
+
+namespace crackle {
+
+namespace {
+
+constexpr std::array kOptions = {
+    OptionText{"-model", "spring", "spring or fuse", "springs (2 components a node) or fuses (1)", true},
+    OptionText{"-lattice", "triangular", "triangular or file", "generated, or read from -lattice_file", true},
+    OptionText{"-lattice_size", "16", "an integer from 1 to 8192", "L: L+1 rows of L+1 nodes", true},
+    OptionText{"-lattice_row_spacing", "1", "a number above 0",
+               "height of a row, in lattice spacings along x", true},
+    OptionText{"-lattice_file", "", "an HDF5 network file", "the network of -lattice file", true},
+    OptionText{"-grips", "sliding", "sliding or clamped", "x is free, or held, in the gripped rows", true},
+    OptionText{"-break_on", "magnitude", "magnitude or tension",
+               "the largest |f|/t breaks, or the largest f/t", true},
+    OptionText{"-disorder", "uniform", "uniform or file",
+               "thresholds: uniform on [0, 1), or the network file's", true},
+    OptionText{"-seed", "1", "an integer from 0", "with the sample's number, decides its thresholds", true},
+    OptionText{"-samples", "1", "an integer from 1", "how many samples to break", false},
+    OptionText{"-first_sample", "0", "an integer from 0", "number of the first one", false},
+    OptionText{
+        "-stop", "failure", "failure, stiffness=x (0 to 1), breaks=n (from 0) or displacement=d (from 0)",
+        "where a sample ends: F below 1e-8 or x of the intact F, n breaks, plate displacement d", true},
+    OptionText{"-equilibrium", "ksp", "ksp or dense",
+               "strategy: a PETSc KSP (default -ksp_type preonly -pc_type updown) or dense LAPACK", true},
+    OptionText{"-output", "crackle.h5", "the path of a file", "the run file", false},
+    OptionText{"-resume", "false", "true or false", "continue the run that -output holds", false},
+    OptionText{"-overwrite", "false", "true or false", "replace what -output holds", false},
+    OptionText{"-record", "breaks", "none, or any of breaks, profile, snapshot, network, with commas between",
+               "what the run file keeps beside one row a sample", true},
+    OptionText{"-record_snapshot_at", "", "break numbers from 1, with commas between",
+               "breaks before which displacements and forces are kept", true},
+    OptionText{"-monitor", "auto", "auto or none", "progress: a bar on a terminal, a line a minute elsewhere",
+               false},
+};
+
+/// PETSc looks at these when it ends, or under other names than it was given: they are in use.
+constexpr std::array kLateOptions = {"options_",
+                                     "malloc",
+                                     "log_",
+                                     "info",
+                                     "memory_",
+                                     "objects_",
+                                     "get_",
+                                     "on_error_",
+                                     "start_in_debugger",
+                                     "debugger",
+                                     "history",
+                                     "help",
+                                     "version",
+                                     "fp_trap",
+                                     "no_signal_handler",
+                                     "mpi_",
+                                     "petscrc",
+                                     "skip_petscrc",
+                                     "check_pointer_intensity",
+                                     "saws"};
+
+/// Levenshtein's distance.
+std::size_t distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({changed, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string advice(const std::string& name) {
+  const auto closest = std::ranges::min_element(
+      kOptions, {}, [&name](const OptionText& option) { return distance(name, option.name); });
+  if (closest->name == name) return "an option that this scene uses (it has no use here)";
+  const std::string known = "one of crackle -help, or an option of the solver in use";
+  if (distance(name, closest->name) > 3) return known;
+  return known + "; did you mean " + closest->name + "?";
+}
+
+bool is_late(const std::string& bare_name) {
+  return std::ranges::any_of(kLateOptions, [&](const char* prefix) { return bare_name.starts_with(prefix); });
+}
+
+}  // namespace
+
+const OptionText& find_option(const std::string& name) {
+  return *std::ranges::find(kOptions, name,
+                            [](const OptionText& option) { return std::string(option.name); });
+}
+
+std::string format_help() {
+  std::string text =
+      "crackle breaks disordered spring and fuse lattices bond by bond.\n\n"
+      "Options of crackle (default) meaning; allowed values\n";
+  for (const OptionText& option : kOptions) {
+    std::array<char, 400> line{};
+    std::snprintf(line.data(), line.size(), "  %-22s (%s) %s; %s\n", option.name, option.standard,
+                  option.meaning, option.allowed);
+    text += line.data();
+  }
+  return text + "\nEvery option of PETSc's KSP and PC is one too. PETSc's own follow.\n";
+}
+
+bool looks_like_option(const std::string& word) {
+  if (word.size() < 2 || word[0] != '-') return false;
+  const char first = word[1] == '-' && word.size() > 2 ? word[2] : word[1];
+  return std::isalpha(static_cast<unsigned char>(first)) != 0;
+}
+
+bool reaches_solver(const std::string& name) {
+  return name.starts_with("-ksp_") || name.starts_with("-pc_") || name.starts_with("-mat_");
+}
+
+bool decides_results(const std::string& name) {
+  const auto own =
+      std::ranges::find(kOptions, name, [](const OptionText& option) { return std::string(option.name); });
+  if (own != kOptions.end()) return own->decides;
+  return name.find("_view") == std::string::npos && name.find("_monitor") == std::string::npos &&
+         name.find("_converged_reason") == std::string::npos;
+}
+
+void reject_stray_words() {
+  int count = 0;
+  char** words = nullptr;
+  petsc::check(PetscGetArgs(&count, &words));
+  for (int i = 1; i < count; ++i) {
+    if (looks_like_option(words[i])) continue;
+    const bool is_value = i > 1 && looks_like_option(words[i - 1]);
+    if (!is_value)
+      throw InputError("command line", words[i], "options that begin with -, each with one value");
+  }
+}
+
+void reject_unused_options() {
+  PetscInt count = 0;
+  char** names = nullptr;
+  char** values = nullptr;
+  petsc::check(PetscOptionsLeftGet(nullptr, &count, &names, &values));
+  std::string name;
+  std::string value;
+  for (PetscInt i = 0; i < count && name.empty(); ++i) {
+    if (is_late(names[i])) continue;
+    name = std::string("-") + names[i];
+    value = values[i] == nullptr ? "" : values[i];
+  }
+  petsc::check(PetscOptionsLeftRestore(nullptr, &count, &names, &values));
+  if (!name.empty()) throw InputError(name, value, advice(name));
+}
+
+}  // namespace crackle

@@ -1,0 +1,217 @@
+#include "crackle/pc_updown.hpp"
+
+#include <petsc/private/pcimpl.h>
+
+#include <exception>
+#include <memory>
+#include <vector>
+
+#include "crackle/petsc_handle.hpp"
+
+namespace crackle {
+
+namespace {
+
+constexpr const char* kType = "updown";
+
+struct Updown {
+  std::unique_ptr<CholmodFactor> factor;
+  std::vector<RankOne> queue;   ///< breaks that K has and the factor has not
+  PetscInt rank = 1;            ///< how many of them start a downdate
+  PetscObjectState state = -1;  ///< of K, when factor and queue matched it
+  bool definite = false;        ///< the factor can be used
+  PcUpdownCounts counts;
+};
+
+Updown& data(PC pc) {
+  return *static_cast<Updown*>(pc->data);
+}
+
+/// K's arrays while it lives.
+class RowsView {
+ public:
+  explicit RowsView(Mat K) : K_(K) {
+    PetscBool done = PETSC_FALSE;
+    PetscInt n = 0;
+    petsc::check(MatGetRowIJ(K, 0, PETSC_FALSE, PETSC_FALSE, &n, &start_, &column_, &done));
+    if (done == PETSC_FALSE) throw std::runtime_error("-pc_type updown needs a matrix of type seqaij");
+    petsc::check(MatSeqAIJGetArrayRead(K, &value_));
+  }
+  ~RowsView() {
+    PetscInt n = 0;
+    PetscBool done = PETSC_FALSE;
+    MatSeqAIJRestoreArrayRead(K_, &value_);
+    MatRestoreRowIJ(K_, 0, PETSC_FALSE, PETSC_FALSE, &n, &start_, &column_, &done);
+  }
+  RowsView(const RowsView&) = delete;
+  RowsView& operator=(const RowsView&) = delete;
+
+  [[nodiscard]] SymmetricRows rows() const {
+    PetscInt n = 0;
+    petsc::check(MatGetSize(K_, &n, nullptr));
+    return {n, start_, column_, value_};
+  }
+
+ private:
+  Mat K_;
+  const PetscInt* start_ = nullptr;
+  const PetscInt* column_ = nullptr;
+  const PetscScalar* value_ = nullptr;
+};
+
+void note_state(PC pc) {
+  petsc::check(PetscObjectStateGet(reinterpret_cast<PetscObject>(pc->pmat), &data(pc).state));
+}
+
+void factor_now(PC pc) {
+  Updown& updown = data(pc);
+  const RowsView view(pc->pmat);
+  if (updown.factor == nullptr) {
+    PetscInt block_size = 1;
+    petsc::check(MatGetBlockSize(pc->pmat, &block_size));
+    updown.factor = std::make_unique<CholmodFactor>(view.rows(), block_size);
+  }
+  updown.definite = updown.factor->factor(view.rows());
+  updown.queue.clear();
+  ++updown.counts.factorizations;
+  updown.counts.null_pivots = static_cast<std::int64_t>(updown.factor->pinned().size());
+  updown.counts.entries = updown.factor->entries();
+  note_state(pc);
+}
+
+/// Runs what may throw inside a PETSc callback; no exception crosses PETSc.
+template <class Work>
+PetscErrorCode guarded(PC pc, Work work) {
+  try {
+    work();
+    return 0;
+  } catch (const std::exception& error) {
+    return PetscError(PetscObjectComm(reinterpret_cast<PetscObject>(pc)), __LINE__, "updown", __FILE__,
+                      PETSC_ERR_LIB, PETSC_ERROR_INITIAL, "%s", error.what());
+  }
+}
+
+PetscErrorCode set_up(PC pc) {
+  return guarded(pc, [pc] {
+    PetscObjectState state = 0;
+    petsc::check(PetscObjectStateGet(reinterpret_cast<PetscObject>(pc->pmat), &state));
+    if (state != data(pc).state) factor_now(pc);
+    pc->failedreason = data(pc).definite ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT;
+  });
+}
+
+PetscErrorCode apply(PC pc, Vec b, Vec x) {
+  return guarded(pc, [pc, b, x] {
+    const PetscScalar* load = nullptr;
+    PetscScalar* solution = nullptr;
+    PetscInt n = 0;
+    petsc::check(VecGetLocalSize(b, &n));
+    petsc::check(VecGetArrayRead(b, &load));
+    petsc::check(VecGetArrayWrite(x, &solution));
+    const auto size = static_cast<std::size_t>(n);
+    data(pc).factor->solve({load, size}, {solution, size});
+    petsc::check(VecRestoreArrayWrite(x, &solution));
+    petsc::check(VecRestoreArrayRead(b, &load));
+  });
+}
+
+PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
+  PetscOptionsHeadBegin(PetscOptionsObject, "Options of -pc_type updown");
+  PetscCall(PetscOptionsBoundedInt("-pc_updown_rank", "Breaks that one downdate takes", "", data(pc).rank,
+                                   &data(pc).rank, nullptr, 1));
+  PetscOptionsHeadEnd();
+  return 0;
+}
+
+PetscErrorCode view(PC pc, PetscViewer viewer) {
+  PetscBool ascii = PETSC_FALSE;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(viewer), PETSCVIEWERASCII, &ascii));
+  if (ascii == PETSC_FALSE) return 0;
+  const PcUpdownCounts& counts = data(pc).counts;
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "  CHOLMOD LDL^T, METIS order, %lld entries, downdates of rank %d\n",
+                                   static_cast<long long>(counts.entries), static_cast<int>(data(pc).rank)));
+  PetscCall(PetscViewerASCIIPrintf(
+      viewer, "  factorizations=%lld, downdates=%lld, bonds taken out=%lld, null pivots=%lld\n",
+      static_cast<long long>(counts.factorizations), static_cast<long long>(counts.downdates),
+      static_cast<long long>(counts.rank), static_cast<long long>(counts.null_pivots)));
+  return 0;
+}
+
+PetscErrorCode reset(PC pc) {
+  data(pc).factor.reset();
+  data(pc).state = -1;
+  return 0;
+}
+
+PetscErrorCode destroy(PC pc) {
+  delete static_cast<Updown*>(pc->data);  // NOLINT(*-owning-memory): PETSc hands it back
+  pc->data = nullptr;
+  return 0;
+}
+
+PetscErrorCode create(PC pc) {
+  pc->data = new Updown;  // NOLINT(*-owning-memory): PETSc keeps it
+  pc->ops->setup = set_up;
+  pc->ops->apply = apply;
+  pc->ops->applytranspose = apply;
+  pc->ops->setfromoptions = set_from_options;
+  pc->ops->view = view;
+  pc->ops->reset = reset;
+  pc->ops->destroy = destroy;
+  return 0;
+}
+
+}  // namespace
+
+PetscErrorCode register_pc_updown() {
+  return PCRegister(kType, create);
+}
+
+bool is_pc_updown(PC pc) {
+  PetscBool same = PETSC_FALSE;
+  petsc::check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), kType, &same));
+  return same == PETSC_TRUE;
+}
+
+int pc_updown_rank(PC pc) {
+  return data(pc).rank;
+}
+
+double pc_updown_remove(PC pc, const RankOne& w) {
+  Updown& updown = data(pc);
+  note_state(pc);
+  updown.queue.push_back(w);
+  if (std::ssize(updown.queue) < updown.rank) return 1;
+  const double slack = updown.factor->downdate(updown.queue);
+  ++updown.counts.downdates;
+  updown.counts.rank += std::ssize(updown.queue);
+  updown.queue.clear();
+  return slack;
+}
+
+bool pc_updown_refactor(PC pc) {
+  factor_now(pc);
+  return data(pc).definite;
+}
+
+void pc_updown_keep(PC pc) {
+  data(pc).factor->keep();
+}
+
+bool pc_updown_restore(PC pc) {
+  Updown& updown = data(pc);
+  updown.queue.clear();
+  updown.definite = updown.factor != nullptr && updown.factor->restore();
+  if (updown.definite)
+    note_state(pc);
+  else
+    updown.state = -1;
+  return updown.definite;
+}
+
+PcUpdownCounts pc_updown_counts(PC pc) {
+  return data(pc).counts;
+}
+
+}  // namespace crackle

@@ -1,0 +1,152 @@
+#include "crackle/run_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+#include <stdexcept>
+
+#include "crackle/error.hpp"
+#include "crackle/run_records.hpp"
+
+namespace crackle {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void sync_to_disk(const std::string& path, int flags) {
+  const int descriptor = open(path.c_str(), flags);  // NOLINT(*-vararg): POSIX
+  if (descriptor < 0) return;
+  const bool synced = fsync(descriptor) == 0;
+  close(descriptor);
+  if (!synced) throw std::runtime_error("could not sync " + path + " to disk");
+}
+
+std::string folder_of(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  return folder.empty() ? "." : folder.string();
+}
+
+/// Lines of `decisive` that `options` has otherwise, or not at all: "-seed 2 (the file has 1)".
+std::string differences(const std::string& decisive, const std::string& options) {
+  std::istringstream lines(decisive);
+  std::string result;
+  for (std::string line; std::getline(lines, line);) {
+    if (("\n" + options).find("\n" + line + "\n") != std::string::npos) continue;
+    const std::string name = line.substr(0, line.find(' ') + 1);
+    const std::size_t at = ("\n" + options).find("\n" + name);
+    std::string theirs = at == std::string::npos ? "none" : options.substr(at + name.size());
+    theirs = theirs.substr(0, theirs.find('\n'));
+    result += (result.empty() ? "" : ", ") + line + " (the file has " + theirs + ")";
+  }
+  return result;
+}
+
+std::vector<std::string> shard_paths(const std::string& folder) {
+  std::vector<std::string> paths;
+  if (!fs::is_directory(folder)) return paths;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".h5") paths.push_back(entry.path().string());
+  }
+  std::ranges::sort(paths);
+  return paths;
+}
+
+}  // namespace
+
+RunFile::RunFile(OutputOptions options, RunHeader header)
+    : options_(std::move(options)),
+      header_(std::move(header)),
+      shard_folder_(options_.path + ".shards"),
+      last_flush_(std::chrono::steady_clock::now()) {
+  const bool there = fs::exists(options_.path) || fs::exists(shard_folder_);
+  if (there && !options_.resume && !options_.overwrite) {
+    throw InputError(
+        "-output", options_.path,
+        "a file that doesn't exist yet; -resume continues the run it holds, -overwrite replaces it");
+  }
+  if (access(folder_of(options_.path).c_str(), W_OK) != 0 || fs::is_directory(options_.path)) {
+    throw InputError("-output", options_.path, "a file in a folder that exists and can be written");
+  }
+  if (there && options_.resume) resume();
+  if (there && !options_.resume) fs::remove_all(shard_folder_);
+  if (!fs::exists(options_.path) || !options_.resume) write_atomically(options_.path, {});
+  fs::create_directories(shard_folder_);
+}
+
+void RunFile::resume() {
+  std::vector<std::string> paths = shard_paths(shard_folder_);
+  if (fs::exists(options_.path)) paths.push_back(options_.path);
+  for (const std::string& path : paths) {
+    const std::string differing = differences(header_.decisive, read_options_text(path));
+    if (!differing.empty()) {
+      throw InputError("-resume of " + options_.path + " with " + differing, "",
+                       "the options it was begun with");
+    }
+    for (const SampleRecord& record : read_records(path)) finished_.insert(record.summary.index);
+  }
+  while (fs::exists(shard_folder_ + "/" + std::to_string(shards_) + ".h5")) ++shards_;
+}
+
+void RunFile::write_atomically(const std::string& path, std::span<const SampleRecord> records) const {
+  const std::string temporary = path + ".part";
+  try {
+    write_run(temporary, header_, options_.record, records);
+    sync_to_disk(temporary, O_RDONLY);
+    fs::rename(temporary, path);
+    sync_to_disk(folder_of(path), O_RDONLY | O_DIRECTORY);
+  } catch (...) {
+    std::remove(temporary.c_str());
+    throw;
+  }
+}
+
+void RunFile::add(SampleRecord record) {
+  waiting_.push_back(std::move(record));
+  const std::chrono::duration<double> age = std::chrono::steady_clock::now() - last_flush_;
+  if (age.count() >= kFlushSeconds) flush();
+}
+
+void RunFile::flush() {
+  last_flush_ = std::chrono::steady_clock::now();
+  if (waiting_.empty()) return;
+  write_atomically(shard_folder_ + "/" + std::to_string(shards_) + ".h5", waiting_);
+  ++shards_;
+  waiting_.clear();
+}
+
+std::vector<SampleRecord> RunFile::collect() const {
+  std::vector<SampleRecord> all = read_records(options_.path);
+  for (const std::string& path : shard_paths(shard_folder_)) {
+    for (SampleRecord& record : read_records(path)) all.push_back(std::move(record));
+  }
+  const auto index = [](const SampleRecord& record) { return record.summary.index; };
+  std::ranges::stable_sort(all, {}, index);
+  const auto repeated = std::ranges::unique(all, {}, index);
+  all.erase(repeated.begin(), repeated.end());
+  return all;
+}
+
+std::vector<SampleSummary> RunFile::finish() {
+  flush();
+  const std::vector<SampleRecord> all = collect();
+  write_atomically(options_.path, all);
+  fs::remove_all(shard_folder_);
+  std::vector<SampleSummary> summaries;
+  for (const SampleRecord& record : all) summaries.push_back(record.summary);
+  return summaries;
+}
+
+std::string read_options_text(const std::string& path) {
+  try {
+    return hdf5::read_text(hdf5::open_file(path), "options");
+  } catch (const InputError& error) {
+    throw InputError("run file " + path + ": " + error.what());
+  }
+}
+
+}  // namespace crackle

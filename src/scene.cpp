@@ -1,0 +1,270 @@
+#include "crackle/scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "crackle/error.hpp"
+#include "crackle/option_text.hpp"
+#include "crackle/petsc_handle.hpp"
+
+namespace crackle {
+
+namespace {
+
+using petsc::check;
+
+/// Reads one option after the other and notes the value used.
+class Reader {
+ public:
+  [[nodiscard]] std::map<std::string, std::string> used() const { return used_; }
+
+  [[nodiscard]] bool given(const char* name) const {
+    PetscBool set = PETSC_FALSE;
+    check(PetscOptionsHasName(nullptr, nullptr, name, &set));
+    return set == PETSC_TRUE;
+  }
+
+  std::string text(const char* name) {
+    std::array<char, PETSC_MAX_PATH_LEN> value{};
+    PetscBool set = PETSC_FALSE;
+    check(PetscOptionsGetString(nullptr, nullptr, name, value.data(), value.size(), &set));
+    const OptionText& option = find_option(name);
+    if (set == PETSC_TRUE && value[0] == '\0') throw InputError(name, "without a value", option.allowed);
+    return used_[name] = set == PETSC_TRUE ? value.data() : option.standard;
+  }
+
+  /// The place of the value among the words allowed.
+  template <class Choice>
+  Choice choice(const char* name, std::initializer_list<std::pair<const char*, Choice>> choices) {
+    const std::string value = text(name);
+    for (const auto& [word, meaning] : choices) {
+      if (value == word) return meaning;
+    }
+    throw InputError(name, value, find_option(name).allowed);
+  }
+
+  template <class Number>
+  Number number(const char* name, Number least) {
+    const std::string value = text(name);
+    return parse(name, value, value, least);
+  }
+
+  /// A positive, finite number.
+  double positive(const char* name) {
+    const double value = number(name, 0.0);
+    if (value > 0) return value;
+    throw InputError(name, text(name), find_option(name).allowed);
+  }
+
+  bool flag(const char* name) {
+    PetscBool value = PETSC_FALSE;
+    if (PetscOptionsGetBool(nullptr, nullptr, name, &value, nullptr) != 0) {
+      throw InputError(name, text(name), "nothing, true or false");
+    }
+    return value == PETSC_TRUE;
+  }
+
+  /// `digits` as a number from `least` on; `value` is what a message shows.
+  template <class Number>
+  static Number parse(const char* name, const std::string& value, const std::string& digits, Number least) {
+    Number result{};
+    const char* const end = digits.data() + digits.size();
+    const auto [stop, error] = std::from_chars(digits.data(), end, result);
+    if (error != std::errc{} || stop != end || !(result >= least) ||
+        !std::isfinite(static_cast<double>(result))) {
+      throw InputError(name, value, find_option(name).allowed);
+    }
+    return result;
+  }
+
+ private:
+  std::map<std::string, std::string> used_;
+};
+
+NetworkOptions read_network(Reader& reader) {
+  NetworkOptions options;
+  options.from_file = reader.choice("-lattice", {std::pair{"triangular", false}, {"file", true}});
+  if (!options.from_file || reader.given("-model")) {
+    options.model = reader.choice("-model", {std::pair{"spring", Model::spring}, {"fuse", Model::fuse}});
+  }
+  options.grips =
+      reader.choice("-grips", {std::pair{"sliding", Grips::sliding}, {"clamped", Grips::clamped}});
+  if (options.from_file) {
+    options.file = reader.text("-lattice_file");
+    if (options.file.empty())
+      throw InputError("-lattice_file", "not given", find_option("-lattice_file").allowed);
+    return options;
+  }
+  options.size = reader.number("-lattice_size", 1);
+  if (options.size > kLargestSize) {
+    throw InputError("-lattice_size", std::to_string(options.size), find_option("-lattice_size").allowed);
+  }
+  options.row_spacing = reader.positive("-lattice_row_spacing");
+  return options;
+}
+
+DisorderOptions read_disorder(Reader& reader, bool network_from_file) {
+  DisorderOptions options;
+  options.from_file = reader.choice("-disorder", {std::pair{"uniform", false}, {"file", true}});
+  if (options.from_file && !network_from_file)
+    throw InputError("-disorder", "file", "uniform without -lattice file");
+  if (!options.from_file) options.seed = reader.number("-seed", std::uint64_t{0});
+  return options;
+}
+
+StopRule read_stop(Reader& reader) {
+  const std::string value = reader.text("-stop");
+  const std::size_t equals = value.find('=');
+  const std::string kind = value.substr(0, equals);
+  const std::string digits = equals == std::string::npos ? "" : value.substr(equals + 1);
+  if (value == "failure") return {};
+  if (kind == "breaks") {
+    return {StopRule::Kind::breaks, static_cast<double>(Reader::parse("-stop", value, digits, 0))};
+  }
+  const double limit = Reader::parse("-stop", value, digits, 0.0);
+  if (kind == "stiffness" && limit <= 1) return {StopRule::Kind::stiffness, limit};
+  if (kind == "displacement") return {StopRule::Kind::displacement, limit};
+  throw InputError("-stop", value, find_option("-stop").allowed);
+}
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> words;
+  std::istringstream stream(list);
+  for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
+  return words;
+}
+
+RecordOptions read_record(Reader& reader) {
+  RecordOptions record;
+  record.breaks = false;
+  const std::string list = reader.text("-record");
+  for (const std::string& word : split(list)) {
+    if (word == "breaks")
+      record.breaks = true;
+    else if (word == "profile")
+      record.profile = true;
+    else if (word == "snapshot")
+      record.snapshot = true;
+    else if (word == "network")
+      record.network = true;
+    else if (word != "none" || list != "none")
+      throw InputError("-record", list, find_option("-record").allowed);
+  }
+  if (!record.snapshot) return record;
+  const std::string numbers = reader.text("-record_snapshot_at");
+  for (const std::string& word : split(numbers)) {
+    record.snapshot_at.push_back(Reader::parse("-record_snapshot_at", numbers, word, 1));
+  }
+  if (record.snapshot_at.empty()) {
+    throw InputError("-record_snapshot_at", "not given", find_option("-record_snapshot_at").allowed);
+  }
+  std::ranges::sort(record.snapshot_at);
+  return record;
+}
+
+OutputOptions read_output(Reader& reader) {
+  OutputOptions options;
+  options.path = reader.text("-output");
+  options.resume = reader.flag("-resume");
+  options.overwrite = reader.flag("-overwrite");
+  if (options.resume && options.overwrite) throw InputError("-overwrite", "with -resume", "one of the two");
+  options.record = read_record(reader);
+  return options;
+}
+
+EnsembleOptions read_ensemble(Reader& reader, bool one_sample) {
+  EnsembleOptions options;
+  options.samples = reader.number("-samples", std::int64_t{1});
+  options.first_sample = reader.number("-first_sample", std::int64_t{0});
+  options.stop = read_stop(reader);
+  options.monitor =
+      reader.choice("-monitor", {std::pair{"auto", Monitor::automatic}, {"none", Monitor::none}});
+  if (one_sample && options.samples > 1) {
+    throw InputError("-samples", std::to_string(options.samples),
+                     "1 with -disorder file: every sample is the same");
+  }
+  return options;
+}
+
+/// PETSc's options on the command line that reach a solver, with their values.
+std::map<std::string, std::string> solver_options() {
+  char* text = nullptr;
+  check(PetscOptionsGetAll(nullptr, &text));
+  std::istringstream stream(text);
+  check(PetscFree(text));
+  std::map<std::string, std::string> options;
+  std::string name;
+  for (std::string word; stream >> word;) {
+    if (looks_like_option(word)) {
+      name = reaches_solver(word) ? word : "";
+      if (!name.empty()) options[name] = "";
+    } else if (!name.empty()) {
+      options[name] += (options[name].empty() ? "" : " ") + word;
+    }
+  }
+  return options;
+}
+
+void write_texts(const Reader& reader, Scene& scene) {
+  std::map<std::string, std::string> all = solver_options();
+  for (const auto& [name, value] : reader.used()) all[name] = value;
+  for (const auto& [name, value] : all) {
+    const std::string line = name + " " + value + "\n";
+    scene.options += line;
+    if (decides_results(name)) scene.decisive += line;
+  }
+}
+
+}  // namespace
+
+const std::string& help_text() {
+  static const std::string text = format_help();
+  return text;
+}
+
+Scene read_scene() {
+  PetscMPIInt processes = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &processes);
+  if (processes > 1) throw InputError("mpirun with processes:", std::to_string(processes), "1");
+  reject_stray_words();
+  Reader reader;
+  Scene scene;
+  scene.help = reader.given("-help");
+  scene.network = read_network(reader);
+  scene.disorder = read_disorder(reader, scene.network.from_file);
+  scene.equilibrium.break_on =
+      reader.choice("-break_on", {std::pair{"magnitude", BreakOn::magnitude}, {"tension", BreakOn::tension}});
+  scene.equilibrium.strategy = reader.text("-equilibrium");
+  scene.ensemble = read_ensemble(reader, scene.disorder.from_file);
+  scene.equilibrium.many_samples = scene.ensemble.samples > 1;
+  scene.output = read_output(reader);
+  write_texts(reader, scene);
+  return scene;
+}
+
+Run make_run(const Scene& scene, const IntactNetwork& intact) {
+  if (scene.disorder.from_file && intact.threshold.empty()) {
+    throw InputError("-disorder", "file",
+                     "uniform: " + scene.network.file + " has no /network/bonds/threshold");
+  }
+  return {scene.ensemble, scene.disorder, scene.output.record, intact.threshold,
+          scene.network.from_file ? 1 : scene.network.row_spacing};
+}
+
+RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
+  RunHeader header{scene.options, scene.decisive, nullptr, {}};
+  if (!scene.output.record.network) return header;
+  header.network = &intact.network;
+  if (scene.disorder.from_file) header.threshold = intact.threshold;
+  if (!scene.disorder.from_file && scene.ensemble.samples == 1) {
+    header.threshold.resize(intact.network.lattice.bond.size());
+    draw_uniform_thresholds(scene.disorder.seed, scene.ensemble.first_sample, header.threshold);
+  }
+  return header;
+}
+
+}  // namespace crackle
