@@ -49,6 +49,10 @@ void print_counts(const EquilibriumCounts& counts) {
     std::printf("  iterations a break   %.4g\n",
                 static_cast<double>(counts.iterations) / static_cast<double>(counts.breaks));
   }
+  if (counts.confirmations > 0) {
+    std::printf("  failures confirmed   %lld, by a direct factor\n",
+                static_cast<long long>(counts.confirmations));
+  }
   if (counts.null_pivots > 0)
     std::printf("  null pivots pinned   %lld\n", static_cast<long long>(counts.null_pivots));
   if (counts.smallest_slack < 1) std::printf("  smallest slack       %.3g\n", counts.smallest_slack);

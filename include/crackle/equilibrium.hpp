@@ -33,9 +33,11 @@ struct Critical {
 /// What a strategy did beyond its duty, summed over all samples.
 struct EquilibriumCounts {
   std::int64_t breaks = 0;          ///< bonds removed
-  std::int64_t factorizations = 0;  ///< numeric factorizations from scratch
+  std::int64_t factorizations = 0;  ///< numeric factorizations (preconditioners set up) from scratch
   std::int64_t refactors = 0;       ///< those among them that a slack or a residual asked for
-  std::int64_t iterations = 0;      ///< of the Krylov method; 0 for a direct solve
+  std::int64_t confirmations =
+      0;                        ///< a solver gave up, and a direct factor told whether the network had failed
+  std::int64_t iterations = 0;  ///< of the Krylov method; 0 for a direct solve
   std::int64_t null_pivots = 0;     ///< floppy unknowns pinned in the intact network
   std::int64_t unknowns = 0;        ///< size of the system
   std::int64_t factor_entries = 0;  ///< entries of the factor; 0 where the solver doesn't tell
