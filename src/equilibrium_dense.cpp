@@ -1,7 +1,10 @@
 #include "crackle/equilibrium_dense.hpp"
 
-#include <petscblaslapack.h>
+// the second needs the first
+// clang-format off
 #include <petscsys.h>
+#include <petscblaslapack.h>
+// clang-format on
 
 #include <algorithm>
 #include <string>

@@ -23,8 +23,11 @@ constexpr double kDoubtfulSlack = 1e-4;
 constexpr std::int64_t kCheckEvery = 64;
 /// Backward error above which the downdated factor is replaced; a fresh one leaves 1e-16.
 constexpr double kLargestResidual = 1e-12;
-/// Default of -ksp_rtol: tight enough that iterative solvers break the same bonds.
+/// Defaults of -ksp_rtol, tight enough that iterative solvers break the same bonds, and of -ksp_divtol and
+/// -ksp_max_it: near failure a residual grows by the root of the condition number before it falls.
 constexpr double kDefaultTolerance = 1e-12;
+constexpr double kDefaultDivergence = 1e20;
+constexpr int kDefaultIterations = 100000;
 
 class EquilibriumKsp final : public Equilibrium {
  public:
@@ -79,7 +82,7 @@ void EquilibriumKsp::create_solver() {
   check(KSPGetPC(ksp_, &pc_));
   check(KSPSetType(ksp_, KSPPREONLY));
   check(PCSetType(pc_, "updown"));
-  check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, kDefaultDivergence, kDefaultIterations));
   check(KSPSetFromOptions(ksp_));
   updown_ = is_pc_updown(pc_);
   PetscBool preonly = PETSC_FALSE;
