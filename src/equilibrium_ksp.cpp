@@ -46,6 +46,7 @@ class EquilibriumKsp final : public Equilibrium {
   [[nodiscard]] State confirm_failure(const std::string& why);
   void downdate(BondId bond);
   [[nodiscard]] State check_downdates();
+  [[nodiscard]] State check_direct();
   [[nodiscard]] double measure_residual();
 
   NetworkMatrix matrix_;
@@ -54,6 +55,7 @@ class EquilibriumKsp final : public Equilibrium {
   petsc::KspHandle direct_;  ///< made when an iteration fails, to tell failure from trouble
   PC pc_ = nullptr;
   bool updown_ = false;
+  bool preonly_ = false;
   bool loose_ = false;  ///< the last break left nothing that carries
   bool check_due_ = false;
   bool kept_ = false;  ///< the intact factor has a copy
@@ -87,7 +89,8 @@ void EquilibriumKsp::create_solver() {
   updown_ = is_pc_updown(pc_);
   PetscBool preonly = PETSC_FALSE;
   check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(ksp_)), KSPPREONLY, &preonly));
-  if (updown_ && preonly == PETSC_TRUE && pc_updown_rank(pc_) > 1) {
+  preonly_ = preonly == PETSC_TRUE;
+  if (updown_ && preonly_ && pc_updown_rank(pc_) > 1) {
     throw InputError("-pc_updown_rank", std::to_string(pc_updown_rank(pc_)),
                      "1 under -ksp_type preonly; -ksp_type cg solves what the factor has not yet");
   }
@@ -227,10 +230,20 @@ State EquilibriumKsp::check_downdates() {
   return State::carrying;
 }
 
+/// A direct solver may answer a singular system as if it were none (null pivots set to something), and a
+/// preconditioner alone is no solver: the residual, cheap beside a factorization, tells.
+State EquilibriumKsp::check_direct() {
+  const double error = measure_residual();
+  if (!(error <= kLargestResidual)) return confirm_failure("the solver left a relative residual above 1e-12");
+  counts_.largest_residual = std::max(counts_.largest_residual, error);
+  return State::carrying;
+}
+
 State EquilibriumKsp::find_critical(Critical& next) {
   if (loose_) return State::failed;
   State state = solve();
   if (state == State::carrying && check_due_) state = check_downdates();
+  if (state == State::carrying && preonly_ && !updown_) state = check_direct();
   if (state != State::carrying) return state;
   const PhaseScope scope(times_, Phase::search);
   const auto u = displacements();

@@ -25,6 +25,7 @@ void break_lattices(int argc, char** argv) {
   // 1. start
   const crackle::petsc::Session session(argc, argv, crackle::help_text().c_str());
   crackle::petsc::check(crackle::register_pc_updown());
+  const auto start = Clock::now();
   crackle::PhaseTimes times;
 
   // 2. options, echoed
@@ -42,7 +43,6 @@ void break_lattices(int argc, char** argv) {
   crackle::RunFile file(scene.output, crackle::make_header(scene, intact));
 
   // 5. break every sample
-  const auto start = Clock::now();
   crackle::run_ensemble(run, *equilibrium, file, times);
 
   // 6. what came out

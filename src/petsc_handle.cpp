@@ -41,8 +41,8 @@ Session::Session(int& argc, char**& argv, const char* help) {
   const bool threads_wanted =
       std::getenv("OPENBLAS_NUM_THREADS") != nullptr || std::getenv("OMP_NUM_THREADS") != nullptr;
   if (openblas_set_num_threads != nullptr && !threads_wanted) openblas_set_num_threads(1);
+  PetscPushErrorHandler(keep_message, nullptr);  // first: an options file may be missing
   check(PetscInitialize(&argc, &argv, nullptr, help));
-  check(PetscPushErrorHandler(keep_message, nullptr));
 }
 
 Session::~Session() {

@@ -18,7 +18,7 @@ struct Estimate {
 [[nodiscard]] Estimate estimate(std::span<const double> values);
 
 /// Prints means with standard errors over all samples of the file, then run time, time per break by phase and
-/// what the strategy did for the breaks of this run. `seconds`: run time from the first sample to the last.
+/// what the strategy did for the breaks of this run. `seconds`: run time of all of it.
 void print_report(std::span<const SampleSummary> samples, const EquilibriumCounts& counts,
                   const PhaseTimes& times, double seconds, const std::string& path);
 

@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# Sets crackle up on Debian 12 and runs it:
+#   ./bootstrap.sh setup   installs what is missing, configures and builds
+#   ./bootstrap.sh demo    the same, then breaks 20 samples of a 64 x 64 spring lattice: crackle.h5, crackle.png
+#   ./bootstrap.sh test    the same, then runs every test
+# A second call finds everything there and goes straight to work.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+packages=(
+  g++ cmake ninja-build pkg-config
+  petsc-dev libpetsc-real-dev libmumps-dev libsuitesparse-dev libmetis-dev libhdf5-openmpi-dev libopenblas-dev
+  librandom123-dev libgtest-dev libbenchmark-dev openmpi-bin
+  python3 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-pytest
+)
+
+install_missing() {
+  local missing=() package
+  for package in "${packages[@]}"; do
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+  done
+  [ ${#missing[@]} -eq 0 ] && return
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then as_root=(sudo); fi
+  echo "installing: ${missing[*]}"
+  "${as_root[@]}" apt-get update -q
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}"
+}
+
+build() {
+  [ -f build/release/build.ninja ] || cmake --preset release
+  cmake --build --preset release
+}
+
+setup() {
+  install_missing
+  build
+}
+
+demo() {
+  setup
+  build/release/crackle -options_file options/paper_spring.opts -lattice_size 64 -samples 20 -overwrite
+  /usr/bin/python3 postprocess/sample.py crackle.h5 -o crackle.png
+}
+
+run_tests() {
+  setup
+  # as root, and on fewer cores than ranks, Open MPI starts only when told that it may
+  export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+  ctest --test-dir build/release --output-on-failure --parallel "$(nproc)"
+}
+
+case "${1:-}" in
+  setup) setup ;;
+  demo) demo ;;
+  test) run_tests ;;
+  *)
+    echo "usage: ./bootstrap.sh setup | demo | test" >&2
+    exit 2
+    ;;
+esac
