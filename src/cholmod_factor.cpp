@@ -1,9 +1,9 @@
 #include "crackle/cholmod_factor.hpp"
 
-#include <metis.h>
-
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -11,9 +11,9 @@ namespace crackle {
 
 namespace {
 
-static_assert(sizeof(idx_t) == sizeof(int));
-
 constexpr std::size_t kMostRank = 64;
+/// Unknowns of a subgraph that is not dissected further; 50 to 200 differ by less than 1 % in fill.
+constexpr int kSmallSubgraph = 100;
 
 /// CHOLMOD's view of K: the upper triangle by columns is the lower one by rows, so the arrays serve as they
 /// are.
@@ -32,50 +32,31 @@ cholmod_sparse as_cholmod(const SymmetricRows& K, const double* value) {
   return view;
 }
 
-/// Which blocks K couples, without the last block: METIS's compressed rows.
-struct BlockGraph {
-  std::vector<idx_t> start{0};
-  std::vector<idx_t> neighbour;
-};
-
-BlockGraph block_graph(const SymmetricRows& K, int block_size) {
-  BlockGraph graph;
-  const int blocks = K.n / block_size - 1;
-  std::vector<int> seen(static_cast<std::size_t>(blocks), -1);
-  for (int block = 0; block < blocks; ++block) {
-    for (int row = block * block_size; row < (block + 1) * block_size; ++row) {
-      for (int i = K.start[row]; i < K.start[row + 1]; ++i) {
-        const int other = K.column[i] / block_size;
-        if (other == block || other == blocks || seen[other] == block) continue;
-        seen[other] = block;
-        graph.neighbour.push_back(other);
-      }
-    }
-    graph.start.push_back(static_cast<idx_t>(graph.neighbour.size()));
+/// Unknowns in elimination order: nested dissection of all but the last block, then that.
+///
+/// CHOLMOD's dissection with METIS's separators, down to small subgraphs that a constrained minimum degree
+/// orders: a fifth fewer entries than METIS_NodeND leaves, measured from L = 16 to 256.
+std::vector<int> dissect(const SymmetricRows& K, int block_size, cholmod_common& common) {
+  const int inner = K.n - block_size;
+  std::vector<int> order(static_cast<std::size_t>(K.n));
+  std::iota(order.begin(), order.end(), 0);
+  std::vector<int> start{0};
+  std::vector<int> column;
+  for (int row = 0; row < inner; ++row) {
+    std::copy_if(K.column + K.start[row], K.column + K.start[row + 1], std::back_inserter(column),
+                 [inner](int c) { return c < inner; });
+    start.push_back(static_cast<int>(column.size()));
   }
-  return graph;
-}
-
-/// Unknowns in elimination order: nested dissection of the blocks, the last block last.
-std::vector<int> dissect(const SymmetricRows& K, int block_size) {
-  BlockGraph graph = block_graph(K, block_size);
-  auto blocks = static_cast<idx_t>(graph.start.size() - 1);
-  std::vector<idx_t> order(static_cast<std::size_t>(blocks) + 1);
-  std::vector<idx_t> position(order.size());
-  order.back() = blocks;
-  if (!graph.neighbour.empty() && METIS_NodeND(&blocks, graph.start.data(), graph.neighbour.data(), nullptr,
-                                               nullptr, order.data(), position.data()) != METIS_OK) {
+  const SymmetricRows pattern{inner, start.data(), column.data(), nullptr};
+  cholmod_sparse view = as_cholmod(pattern, nullptr);
+  view.xtype = CHOLMOD_PATTERN;
+  std::vector<int> parent(order.size());
+  std::vector<int> member(order.size());
+  if (inner > 0 &&
+      cholmod_nested_dissection(&view, nullptr, 0, order.data(), parent.data(), member.data(), &common) < 0) {
     throw std::runtime_error("METIS could not order the network");
   }
-  if (graph.neighbour.empty()) {
-    for (idx_t block = 0; block < blocks; ++block) order[block] = block;
-  }
-  std::vector<int> unknowns;
-  unknowns.reserve(static_cast<std::size_t>(K.n));
-  for (const idx_t block : order) {
-    for (int c = 0; c < block_size; ++c) unknowns.push_back(block * block_size + c);
-  }
-  return unknowns;
+  return order;
 }
 
 double diagonal(const SymmetricRows& K, int row) {
@@ -110,6 +91,7 @@ CholmodFactor::CholmodFactor(const SymmetricRows& K, int block_size) {
   common_.print = 0;
   common_.nmethods = 1;
   common_.method[0].ordering = CHOLMOD_GIVEN;
+  common_.method[0].nd_small = kSmallSubgraph;
   common_.postorder = 1;
   common_.final_super = 0;
   common_.final_ll = 0;
@@ -134,7 +116,7 @@ CholmodFactor::~CholmodFactor() {
 }
 
 void CholmodFactor::analyse(const SymmetricRows& K, int block_size) {
-  order_ = dissect(K, block_size);
+  order_ = dissect(K, block_size, common_);
   cholmod_sparse view = as_cholmod(K, K.value);
   analysis_ = cholmod_analyze_p(&view, order_.data(), nullptr, 0, &common_);
   const auto n = static_cast<std::size_t>(K.n);

@@ -165,6 +165,7 @@ State EquilibriumKsp::solve() {
   if (code == 0) {
     const PhaseScope scope(times_, Phase::solve);
     code = KSPSolve(ksp_, load_, u_);
+    if (code == PETSC_ERR_MAT_CH_ZRPVT) check(PCPostSolve(pc_, ksp_));  // which the error has skipped
   }
   // CHOLMOD through PETSc answers a singular matrix with this error
   if (code == PETSC_ERR_MAT_CH_ZRPVT) return confirm_failure(petsc::last_message());

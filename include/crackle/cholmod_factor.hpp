@@ -1,4 +1,5 @@
-/// A sparse LDL^T factor that is kept current by downdates: CHOLMOD's, in a nested-dissection order by METIS.
+/// A sparse LDL^T factor that is kept current by downdates: CHOLMOD's, in a nested-dissection order by
+/// METIS's separators.
 ///
 /// K is n x n, symmetric, positive definite but for null pivots (see factor). The order puts the last block,
 /// the plate, last, so that the last pivot is K's Schur complement there: F.
@@ -35,8 +36,8 @@ class CholmodFactor {
   /// A pivot below this fraction of its diagonal entry is null: nothing holds that unknown.
   static constexpr double kNullPivot = 1e-12;
 
-  /// Orders (METIS on the graph of blocks of `block_size` unknowns, the last block last) and analyses the
-  /// pattern of K, whose size must be a multiple of block_size. Throws std::runtime_error without memory.
+  /// Orders (nested dissection, the last `block_size` unknowns last) and analyses the pattern of K, whose
+  /// size must be a multiple of block_size. Throws std::runtime_error without memory.
   CholmodFactor(const SymmetricRows& K, int block_size);
   ~CholmodFactor();
   CholmodFactor(const CholmodFactor&) = delete;

@@ -1,0 +1,80 @@
+/// Every strategy breaks the same bonds in the same order, and finds the same peak load.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "verification.hpp"
+
+namespace crackle::verification {
+
+namespace {
+
+constexpr int kSeeds = 10;
+constexpr double kPeakTolerance = 1e-10;
+
+void expect_same(const Sequence& one, const Sequence& other, const std::string& what) {
+  ASSERT_EQ(one.bond.size(), other.bond.size()) << what;
+  for (std::size_t k = 0; k < one.bond.size(); ++k)
+    ASSERT_EQ(one.bond[k], other.bond[k]) << what << ", break " << k;
+  EXPECT_EQ(one.summary.n_p, other.summary.n_p) << what;
+  EXPECT_LE(std::abs(one.summary.peak_load / other.summary.peak_load - 1), kPeakTolerance) << what;
+}
+
+class SameBonds : public testing::TestWithParam<Setting> {};
+
+TEST_P(SameBonds, AsDense) {
+  const Setting setting = GetParam();
+  const Network network = triangular(setting);
+  PhaseTimes times;
+  const auto dense = start(kDense, network, setting.break_on, times);
+  std::vector<Sequence> reference;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    reference.push_back(break_whole(*dense, static_cast<std::uint64_t>(seed), seed));
+    ASSERT_GT(reference.back().summary.n_f, setting.size);
+  }
+  for (const Strategy& strategy : {kUpdown, kUpdownCg, kMumps, kCholmod}) {
+    const auto equilibrium = start(strategy, network, setting.break_on, times);
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+      const Sequence sequence = break_whole(*equilibrium, static_cast<std::uint64_t>(seed), seed);
+      expect_same(sequence, reference[seed - 1],
+                  std::string(strategy.name) + ", seed " + std::to_string(seed));
+    }
+  }
+}
+
+std::vector<Setting> settings() {
+  std::vector<Setting> all;
+  for (const BreakOn break_on : {BreakOn::magnitude, BreakOn::tension}) {
+    for (const int size : {4, 5, 8, 12, 16, 24}) {
+      all.push_back({Model::spring, Grips::sliding, break_on, size});
+      all.push_back({Model::spring, Grips::clamped, break_on, size});
+      all.push_back({Model::fuse, Grips::clamped, break_on, size});
+    }
+  }
+  return all;
+}
+
+std::string setting_name(const testing::TestParamInfo<Setting>& info) {
+  const Setting& s = info.param;
+  const std::string grips = s.model == Model::fuse ? "" : s.grips == Grips::sliding ? "_sliding" : "_clamped";
+  return std::string(s.model == Model::fuse ? "fuse" : "spring") + grips +
+         (s.break_on == BreakOn::tension ? "_tension" : "_magnitude") + "_L" + std::to_string(s.size);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lattices, SameBonds, testing::ValuesIn(settings()), setting_name);
+
+TEST(SameBondsLarge, UpdownAsMumpsAtSize64) {
+  for (const Model model : {Model::spring, Model::fuse}) {
+    const Network network = triangular({model, Grips::sliding, BreakOn::magnitude, 64});
+    PhaseTimes times;
+    const auto updown = start(kUpdown, network, BreakOn::magnitude, times);
+    const auto mumps = start(kMumps, network, BreakOn::magnitude, times);
+    expect_same(break_whole(*updown, 1, 0), break_whole(*mumps, 1, 0), "updown and mumps");
+    EXPECT_EQ(updown->counts().refactors, 0);
+  }
+}
+
+}  // namespace
+
+}  // namespace crackle::verification

@@ -1,0 +1,100 @@
+#include "verification.hpp"
+
+#include <gtest/gtest.h>
+
+#include "crackle/cholmod_factor.hpp"
+#include "crackle/disorder.hpp"
+#include "crackle/network_matrix.hpp"
+#include "crackle/observe_breaks.hpp"
+#include "crackle/pc_updown.hpp"
+#include "crackle/petsc_handle.hpp"
+
+namespace crackle::verification {
+
+Network triangular(const Setting& setting) {
+  return make_network(triangular_lattice(setting.size, 1), setting.model, setting.grips, {});
+}
+
+std::unique_ptr<Equilibrium> start(const Strategy& strategy, const Network& network, BreakOn break_on,
+                                   PhaseTimes& times) {
+  petsc::check(PetscOptionsInsertString(nullptr, strategy.petsc_options));
+  EquilibriumOptions options;
+  options.strategy = strategy.equilibrium;
+  options.break_on = break_on;
+  auto equilibrium = make_equilibrium(network, options, times);
+  petsc::check(PetscOptionsClear(nullptr));
+  return equilibrium;
+}
+
+Sequence break_whole(Equilibrium& equilibrium, std::uint64_t seed, std::int64_t sample) {
+  std::vector<double> threshold(equilibrium.network().lattice.bond.size());
+  draw_uniform_thresholds(seed, sample, threshold);
+  SampleRecord record;
+  ObserveBreaks breaks(record);
+  Observer* const observers[] = {&breaks};
+  Sequence sequence;
+  sequence.summary = break_sample(equilibrium, sample, threshold, {}, observers);
+  sequence.bond = record.bond;
+  sequence.load = record.load;
+  return sequence;
+}
+
+namespace {
+
+std::vector<double> precise_residual(const Network& network, const std::vector<std::uint8_t>& broken,
+                                     const std::vector<double>& u) {
+  std::vector<long double> r(u.size(), 0.0L);
+  r.back() = 1;
+  for (BondId e = 0; e < network.bonds(); ++e) {
+    if (broken[e] != 0) continue;
+    const auto dofs = network.bond_dofs(e);
+    const auto values = network.bond_values(e);
+    long double force = 0;
+    for (std::size_t i = 0; i < dofs.size(); ++i) force += static_cast<long double>(values[i]) * u[dofs[i]];
+    force *= network.stiffness[e];
+    for (std::size_t i = 0; i < dofs.size(); ++i) r[dofs[i]] -= values[i] * force;
+  }
+  return {r.begin(), r.end()};
+}
+
+}  // namespace
+
+std::vector<double> solve_afresh(const Network& network, const std::vector<std::uint8_t>& broken,
+                                 int refinements) {
+  NetworkMatrix matrix(network);
+  std::vector<BondId> gone;
+  for (BondId e = 0; e < network.bonds(); ++e) {
+    if (broken[e] != 0) gone.push_back(e);
+  }
+  matrix.update(gone, broken);
+  PetscInt n = 0;
+  const PetscInt* start = nullptr;
+  const PetscInt* column = nullptr;
+  const PetscScalar* value = nullptr;
+  PetscBool done = PETSC_FALSE;
+  petsc::check(MatGetRowIJ(matrix.get(), 0, PETSC_FALSE, PETSC_FALSE, &n, &start, &column, &done));
+  petsc::check(MatSeqAIJGetArrayRead(matrix.get(), &value));
+  const SymmetricRows rows{n, start, column, value};
+  CholmodFactor factor(rows, network.components);
+  EXPECT_TRUE(factor.factor(rows));
+  std::vector<double> load(static_cast<std::size_t>(n), 0.0);
+  std::vector<double> u(load.size());
+  load.back() = 1;
+  factor.solve(load, u);
+  for (std::vector<double> step(load.size()); refinements > 0; --refinements) {
+    factor.solve(precise_residual(network, broken, u), step);
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] += step[i];
+  }
+  petsc::check(MatSeqAIJRestoreArrayRead(matrix.get(), &value));
+  petsc::check(MatRestoreRowIJ(matrix.get(), 0, PETSC_FALSE, PETSC_FALSE, &n, &start, &column, &done));
+  return u;
+}
+
+}  // namespace crackle::verification
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  const crackle::petsc::Session session(argc, argv, nullptr);
+  crackle::petsc::check(crackle::register_pc_updown());
+  return RUN_ALL_TESTS();
+}
