@@ -3,6 +3,7 @@
 #   ./bootstrap.sh setup   installs what is missing, configures and builds
 #   ./bootstrap.sh demo    the same, then breaks 20 samples of a 64 x 64 spring lattice: crackle.h5, crackle.png
 #   ./bootstrap.sh test    the same, then runs every test
+#   ./bootstrap.sh style   the same, then checks format and lint (clang-format, clang-tidy), as CI does
 # A second call finds everything there and goes straight to work.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -14,9 +15,12 @@ packages=(
   python3 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-pytest
 )
 
+style_packages=(clang-format-14 clang-tidy-16)
+
+# installs those of the packages named that are not there
 install_missing() {
   local missing=() package
-  for package in "${packages[@]}"; do
+  for package in "$@"; do
     dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
   done
   [ ${#missing[@]} -eq 0 ] && return
@@ -33,7 +37,7 @@ build() {
 }
 
 setup() {
-  install_missing
+  install_missing "${packages[@]}"
   build
 }
 
@@ -50,12 +54,20 @@ run_tests() {
   ctest --test-dir build/release --output-on-failure --parallel "$(nproc)"
 }
 
+check_style() {
+  setup
+  install_missing "${style_packages[@]}"
+  git ls-files '*.cpp' '*.hpp' | xargs clang-format-14 --dry-run -Werror
+  run-clang-tidy-16 -quiet -j "$(nproc)" -p build/release "$PWD/src/.*\.cpp" 2>/dev/null
+}
+
 case "${1:-}" in
   setup) setup ;;
   demo) demo ;;
   test) run_tests ;;
+  style) check_style ;;
   *)
-    echo "usage: ./bootstrap.sh setup | demo | test" >&2
+    echo "usage: ./bootstrap.sh setup | demo | test | style" >&2
     exit 2
     ;;
 esac

@@ -103,17 +103,17 @@ def draw_broken_bonds(axes, network, breaks):
 def draw_sample(run, s):
     """A figure of the s-th sample in the file."""
     breaks, network = run.breaks(s), run.network()
-    model = run.options.get("-model", "spring")
     if not len(breaks.bond):
         raise ValueError(f"{run.path}: no bond broke in sample {run.index[s]}")
     if network is None:
         raise ValueError(f"{run.path}: no /network (run with -record network)")
     if breaks.bond.min() < 0 or breaks.bond.max() >= len(network.bonds):
         raise ValueError(f"{run.path}: a bond number beyond the network's {len(network.bonds)} bonds")
+    model = "fuse" if network.components == 1 else "spring"  # a network file may decide it, not an option
     figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 5), constrained_layout=True)
     draw_response(left, breaks, model, failed=run.options.get("-stop", "failure") == "failure")
     draw_broken_bonds(right, network, breaks)
-    lattice = " ".join(run.options.get(name, "") for name in ("-lattice", "-lattice_size"))
+    lattice = " ".join(filter(None, map(run.options.get, ("-lattice", "-lattice_size"))))
     left.set_title(f"{model}, {lattice}, sample {run.index[s]}", fontsize="medium")
     return figure
 

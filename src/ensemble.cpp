@@ -36,6 +36,7 @@ void break_samples(const Run& run, Equilibrium& equilibrium, RunFile& file, Phas
   SampleRecord record;
   const auto owned = make_observers(run, equilibrium.network(), record);
   std::vector<Observer*> observers;
+  observers.reserve(owned.size());
   for (const auto& observer : owned) observers.push_back(observer.get());
   std::vector<double> threshold(run.threshold.begin(), run.threshold.end());
   threshold.resize(equilibrium.network().lattice.bond.size());

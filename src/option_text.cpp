@@ -6,7 +6,9 @@
 #include <array>
 #include <cctype>
 #include <cstdio>
+#include <map>
 #include <numeric>
+#include <sstream>
 #include <vector>
 
 #include "crackle/error.hpp"
@@ -88,9 +90,21 @@ std::string advice(const std::string& name) {
   const auto closest = std::ranges::min_element(
       kOptions, {}, [&name](const OptionText& option) { return distance(name, option.name); });
   if (closest->name == name) return "an option that this scene uses (it has no use here)";
-  const std::string known = "one of crackle -help, or an option of the solver in use";
+  std::string known = "one of crackle -help, or an option of the solver in use";
   if (distance(name, closest->name) > 3) return known;
   return known + "; did you mean " + closest->name + "?";
+}
+
+/// Name to value, for the options that decide results.
+std::map<std::string, std::string> decisive(const std::string& text) {
+  std::map<std::string, std::string> options;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t space = line.find(' ');
+    const std::string name = line.substr(0, space);
+    if (decides_results(name)) options[name] = space == std::string::npos ? "" : line.substr(space + 1);
+  }
+  return options;
 }
 
 bool is_late(const std::string& bare_name) {
@@ -133,6 +147,22 @@ bool decides_results(const std::string& name) {
   if (own != kOptions.end()) return own->decides;
   return name.find("_view") == std::string::npos && name.find("_monitor") == std::string::npos &&
          name.find("_converged_reason") == std::string::npos;
+}
+
+std::string differing_options(const std::string& ours, const std::string& theirs) {
+  const auto here = decisive(ours);
+  const auto there = decisive(theirs);
+  auto names = here;
+  names.insert(there.begin(), there.end());
+  std::string result;
+  for (const auto& [name, unused] : names) {
+    const std::string mine = here.contains(name) ? here.at(name) : "not given";
+    const std::string other = there.contains(name) ? there.at(name) : "none";
+    if (mine == other) continue;
+    if (!result.empty()) result += ", ";
+    result.append(name).append(" ").append(mine).append(" (the file has ").append(other).append(")");
+  }
+  return result;
 }
 
 void reject_stray_words() {

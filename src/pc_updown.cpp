@@ -203,10 +203,11 @@ bool pc_updown_restore(PC pc) {
   Updown& updown = data(pc);
   updown.queue.clear();
   updown.definite = updown.factor != nullptr && updown.factor->restore();
-  if (updown.definite)
+  if (updown.definite) {
     note_state(pc);
-  else
+  } else {
     updown.state = -1;
+  }
   return updown.definite;
 }
 

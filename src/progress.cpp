@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -21,13 +22,14 @@ std::string bar(double share) {
 
 std::string duration(double seconds) {
   char text[32];
-  const long all = static_cast<long>(seconds + 0.5);
-  if (all < 60)
+  const long all = std::lround(seconds);
+  if (all < 60) {
     std::snprintf(text, sizeof text, "%lds", all);
-  else if (all < 3600)
+  } else if (all < 3600) {
     std::snprintf(text, sizeof text, "%ldm%02lds", all / 60, all % 60);
-  else
+  } else {
     std::snprintf(text, sizeof text, "%ldh%02ldm", all / 3600, all / 60 % 60);
+  }
   return text;
 }
 

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <sstream>
 #include <stdexcept>
 
 #include "crackle/error.hpp"
+#include "crackle/option_text.hpp"
 #include "crackle/run_records.hpp"
 
 namespace crackle {
@@ -29,21 +29,6 @@ void sync_to_disk(const std::string& path, int flags) {
 std::string folder_of(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
   return folder.empty() ? "." : folder.string();
-}
-
-/// Lines of `decisive` that `options` has otherwise, or not at all: "-seed 2 (the file has 1)".
-std::string differences(const std::string& decisive, const std::string& options) {
-  std::istringstream lines(decisive);
-  std::string result;
-  for (std::string line; std::getline(lines, line);) {
-    if (("\n" + options).find("\n" + line + "\n") != std::string::npos) continue;
-    const std::string name = line.substr(0, line.find(' ') + 1);
-    const std::size_t at = ("\n" + options).find("\n" + name);
-    std::string theirs = at == std::string::npos ? "none" : options.substr(at + name.size());
-    theirs = theirs.substr(0, theirs.find('\n'));
-    result += (result.empty() ? "" : ", ") + line + " (the file has " + theirs + ")";
-  }
-  return result;
 }
 
 std::vector<std::string> shard_paths(const std::string& folder) {
@@ -82,7 +67,7 @@ void RunFile::resume() {
   std::vector<std::string> paths = shard_paths(shard_folder_);
   if (fs::exists(options_.path)) paths.push_back(options_.path);
   for (const std::string& path : paths) {
-    const std::string differing = differences(header_.decisive, read_options_text(path));
+    const std::string differing = differing_options(header_.options, read_options_text(path));
     if (!differing.empty()) {
       throw InputError("-resume of " + options_.path + " with " + differing, "",
                        "the options it was begun with");
@@ -137,6 +122,7 @@ std::vector<SampleSummary> RunFile::finish() {
   write_atomically(options_.path, all);
   fs::remove_all(shard_folder_);
   std::vector<SampleSummary> summaries;
+  summaries.reserve(all.size());
   for (const SampleRecord& record : all) summaries.push_back(record.summary);
   return summaries;
 }

@@ -142,17 +142,14 @@ RecordOptions read_record(Reader& reader) {
   RecordOptions record;
   record.breaks = false;
   const std::string list = reader.text("-record");
-  for (const std::string& word : split(list)) {
-    if (word == "breaks")
-      record.breaks = true;
-    else if (word == "profile")
-      record.profile = true;
-    else if (word == "snapshot")
-      record.snapshot = true;
-    else if (word == "network")
-      record.network = true;
-    else if (word != "none" || list != "none")
-      throw InputError("-record", list, find_option("-record").allowed);
+  const std::initializer_list<std::pair<const char*, bool*>> parts = {{"breaks", &record.breaks},
+                                                                      {"profile", &record.profile},
+                                                                      {"snapshot", &record.snapshot},
+                                                                      {"network", &record.network}};
+  for (const std::string& word : list == "none" ? std::vector<std::string>{} : split(list)) {
+    const auto part = std::ranges::find(parts, word, [](const auto& p) { return std::string(p.first); });
+    if (part == parts.end()) throw InputError("-record", list, find_option("-record").allowed);
+    *part->second = true;
   }
   if (!record.snapshot) return record;
   const std::string numbers = reader.text("-record_snapshot_at");
@@ -209,14 +206,10 @@ std::map<std::string, std::string> solver_options() {
   return options;
 }
 
-void write_texts(const Reader& reader, Scene& scene) {
+void write_text(const Reader& reader, Scene& scene) {
   std::map<std::string, std::string> all = solver_options();
   for (const auto& [name, value] : reader.used()) all[name] = value;
-  for (const auto& [name, value] : all) {
-    const std::string line = name + " " + value + "\n";
-    scene.options += line;
-    if (decides_results(name)) scene.decisive += line;
-  }
+  for (const auto& [name, value] : all) scene.options.append(name).append(" ").append(value).append("\n");
 }
 
 }  // namespace
@@ -242,7 +235,7 @@ Scene read_scene() {
   scene.ensemble = read_ensemble(reader, scene.disorder.from_file);
   scene.equilibrium.many_samples = scene.ensemble.samples > 1;
   scene.output = read_output(reader);
-  write_texts(reader, scene);
+  write_text(reader, scene);
   return scene;
 }
 
@@ -256,7 +249,7 @@ Run make_run(const Scene& scene, const IntactNetwork& intact) {
 }
 
 RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
-  RunHeader header{scene.options, scene.decisive, nullptr, {}};
+  RunHeader header{scene.options, nullptr, {}};
   if (!scene.output.record.network) return header;
   header.network = &intact.network;
   if (scene.disorder.from_file) header.threshold = intact.threshold;

@@ -31,6 +31,10 @@ struct OptionText {
 /// True for our options that decide what a run file holds, and for the solver's but for those that only look.
 [[nodiscard]] bool decides_results(const std::string& name);
 
+/// Options of two runs ("-name value" a line) that decide results and differ: "-seed 2 (the file has 1)",
+/// with commas between; empty when the two may be one run.
+[[nodiscard]] std::string differing_options(const std::string& ours, const std::string& theirs);
+
 /// Throws InputError for a word on the command line that is neither option nor value: PETSc would skip it.
 void reject_stray_words();
 

@@ -39,7 +39,6 @@ struct OutputOptions {
 /// What stands at the head of a run file.
 struct RunHeader {
   std::string options;               ///< every option of the run, "-name value" a line, sorted by name
-  std::string decisive;              ///< those that decide the results, same form: -resume compares them
   const Network* network = nullptr;  ///< for -record network; else null
   std::vector<double> threshold;     ///< written with it; may be empty
 };
@@ -47,8 +46,8 @@ struct RunHeader {
 class RunFile {
  public:
   /// Claims the output. Throws InputError when it can't be written, exists and neither resume nor overwrite
-  /// is set, or holds a run (-resume) whose decisive options differ: the message names them. Nothing that was
-  /// there is touched then.
+  /// is set, or holds a run (-resume) with other options that decide results: the message names them. Nothing
+  /// that was there is touched then.
   RunFile(OutputOptions options, RunHeader header);
 
   /// Samples that the resumed run has.

@@ -19,8 +19,7 @@ struct Scene {
   EnsembleOptions ensemble;
   OutputOptions output;
   bool help = false;
-  std::string options;   ///< every option with the value used, "-name value" a line, sorted by name
-  std::string decisive;  ///< those among them that decide what the run file holds
+  std::string options;  ///< every option with the value used, "-name value" a line, sorted by name
 };
 
 /// The text of -help: name, default, allowed values and meaning of every option.
