@@ -149,7 +149,6 @@ bool CholmodFactor::factor(const SymmetricRows& K) {
   factor_afresh(K);
   const bool definite = factor_->minor == factor_->n;
   if (definite && pivots_hold(K)) return true;
-  if (factor_->minor == factor_->n - 1) return false;
   return factor_pinned(K);
 }
 
@@ -162,6 +161,7 @@ bool CholmodFactor::pivots_hold(const SymmetricRows& K) const {
 
 bool CholmodFactor::factor_pinned(const SymmetricRows& K) {
   pinned_ = find_null_pivots(K);
+  if (pinned_.empty()) return false;
   pinned_value_.assign(K.value, K.value + K.start[K.n]);
   for (const int row : pinned_) {
     const int* const begin = K.column + K.start[row];

@@ -24,14 +24,6 @@ std::vector<std::unique_ptr<Observer>> make_observers(const Run& run, const Netw
   return observers;
 }
 
-std::vector<std::int64_t> samples_to_break(const EnsembleOptions& options, const RunFile& file) {
-  std::vector<std::int64_t> samples;
-  for (std::int64_t index = options.first_sample; index < options.first_sample + options.samples; ++index) {
-    if (!file.finished().contains(index)) samples.push_back(index);
-  }
-  return samples;
-}
-
 void break_samples(const Run& run, Equilibrium& equilibrium, RunFile& file, PhaseTimes& times) {
   SampleRecord record;
   const auto owned = make_observers(run, equilibrium.network(), record);
@@ -40,9 +32,13 @@ void break_samples(const Run& run, Equilibrium& equilibrium, RunFile& file, Phas
   for (const auto& observer : owned) observers.push_back(observer.get());
   std::vector<double> threshold(run.threshold.begin(), run.threshold.end());
   threshold.resize(equilibrium.network().lattice.bond.size());
-  const auto samples = samples_to_break(run.ensemble, file);
-  Progress progress(std::ssize(samples), run.ensemble.monitor == Monitor::none);
-  for (const std::int64_t index : samples) {
+  const std::int64_t first = run.ensemble.first_sample;
+  const std::int64_t end = first + run.ensemble.samples;
+  const auto& finished = file.finished();
+  const auto had = std::distance(finished.lower_bound(first), finished.lower_bound(end));
+  Progress progress(run.ensemble.samples - had, run.ensemble.monitor == Monitor::none);
+  for (std::int64_t index = first; index < end; ++index) {
+    if (finished.contains(index)) continue;
     if (!run.disorder.from_file) draw_uniform_thresholds(run.disorder.seed, index, threshold);
     record.summary = break_sample(equilibrium, index, threshold, run.ensemble.stop, observers);
     {

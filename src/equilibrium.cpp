@@ -68,8 +68,9 @@ State Equilibrium::scan(std::span<const double> u, Critical& next) {
 
 bool Equilibrium::has_failed(double stiffness) {
   if (intact_stiffness_ == 0) {
+    if (!(stiffness > kNoStiffness * network_.plate_diagonal)) return true;
     intact_stiffness_ = stiffness;
-    return !(stiffness > 0);
+    return false;
   }
   return !(stiffness > kFailedStiffness * intact_stiffness_);
 }

@@ -6,6 +6,7 @@
 
 #include "crackle/error.hpp"
 #include "crackle/network_matrix.hpp"
+#include "crackle/option_text.hpp"
 #include "crackle/pc_updown.hpp"
 
 namespace crackle {
@@ -28,6 +29,14 @@ constexpr double kLargestResidual = 1e-12;
 constexpr double kDefaultTolerance = 1e-12;
 constexpr double kDefaultDivergence = 1e20;
 constexpr int kDefaultIterations = 100000;
+
+/// An error whose message has the value of a solver's option is put down to that option.
+void check_options(PetscErrorCode code) {
+  if (code == 0) return;
+  const std::string option = option_named_in(petsc::last_message());
+  if (option.empty()) check(code);
+  throw InputError(option + ": " + petsc::last_message());
+}
 
 class EquilibriumKsp final : public Equilibrium {
  public:
@@ -72,10 +81,11 @@ EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions&
   check(VecAssemblyEnd(load_));
   create_solver();
   counts_.unknowns = network.unknowns;
-  // the intact factor, at once: solvers read the last of their options here. What goes wrong now goes wrong
-  // again, and is told, in the first solve.
+  // the intact factor, at once: solvers read the last of their options here. A singular matrix shows again,
+  // and is told, in the first solve.
   const PhaseScope scope(times, Phase::factor);
-  KSPSetUp(ksp_);
+  const PetscErrorCode code = KSPSetUp(ksp_);
+  if (code != PETSC_ERR_MAT_CH_ZRPVT) check_options(code);
 }
 
 void EquilibriumKsp::create_solver() {
@@ -85,7 +95,7 @@ void EquilibriumKsp::create_solver() {
   check(KSPSetType(ksp_, KSPPREONLY));
   check(PCSetType(pc_, "updown"));
   check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, kDefaultDivergence, kDefaultIterations));
-  check(KSPSetFromOptions(ksp_));
+  check_options(KSPSetFromOptions(ksp_));
   updown_ = is_pc_updown(pc_);
   PetscBool preonly = PETSC_FALSE;
   check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(ksp_)), KSPPREONLY, &preonly));
@@ -161,6 +171,8 @@ State EquilibriumKsp::solve() {
       pc_updown_keep(pc_);
       kept_ = true;
     }
+    // an unknown that was pinned though something holds it shows in the residual
+    if (updown_ && removed_.empty() && pc_updown_counts(pc_).null_pivots > 0) check_due_ = true;
   }
   if (code == 0) {
     const PhaseScope scope(times_, Phase::solve);
@@ -227,6 +239,11 @@ State EquilibriumKsp::check_downdates() {
     if (state != State::carrying) return state;
     error = measure_residual();
   }
+  if (!(error <= kLargestResidual)) {
+    complaint_ =
+        "even a fresh factor leaves a relative residual above 1e-12: the stiffnesses differ too much";
+    return State::unsolved;
+  }
   counts_.largest_residual = std::max(counts_.largest_residual, error);
   return State::carrying;
 }
@@ -245,10 +262,14 @@ State EquilibriumKsp::find_critical(Critical& next) {
   State state = solve();
   if (state == State::carrying && check_due_) state = check_downdates();
   if (state == State::carrying && preonly_ && !updown_) state = check_direct();
+  if (state == State::carrying && !(displacements()[network_.plate] > 0)) {
+    state = confirm_failure("the solver moved the plate against its load, or not at all");
+  }
   if (state != State::carrying) return state;
   const PhaseScope scope(times_, Phase::search);
   const auto u = displacements();
-  if (has_failed(1 / u[network_.plate])) return State::failed;
+  const double stiffness = 1 / u[network_.plate];
+  if (has_failed(stiffness)) return State::failed;
   return scan(u, next);
 }
 

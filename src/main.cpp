@@ -21,26 +21,26 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-void break_lattices(int argc, char** argv) {
+void break_lattices() {
   // 1. start
-  const crackle::petsc::Session session(argc, argv, crackle::help_text().c_str());
-  crackle::petsc::check(crackle::register_pc_updown());
   const auto start = Clock::now();
+  crackle::petsc::check(crackle::register_pc_updown());
   crackle::PhaseTimes times;
 
-  // 2. options, echoed
+  // 2. options
   const crackle::Scene scene = crackle::read_scene();
-  if (!scene.help) std::printf("%s", scene.options.c_str());
 
-  // 3. the intact network and the strategy that keeps it in equilibrium
+  // 3. the intact network and the strategy that keeps it in equilibrium; the options used, echoed
   const crackle::IntactNetwork intact = crackle::load_network(scene.network);
   const auto equilibrium = crackle::make_equilibrium(intact.network, scene.equilibrium, times);
   if (scene.help) return;
   crackle::reject_unused_options();
+  const crackle::RunHeader header = crackle::make_header(scene, intact);
+  std::printf("%s", header.options.c_str());
 
   // 4. where results go
   const crackle::Run run = crackle::make_run(scene, intact);
-  crackle::RunFile file(scene.output, crackle::make_header(scene, intact));
+  crackle::RunFile file(scene.output, header);
 
   // 5. break every sample
   crackle::run_ensemble(run, *equilibrium, file, times);
@@ -51,15 +51,24 @@ void break_lattices(int argc, char** argv) {
   crackle::print_report(samples, equilibrium->counts(), times, seconds, scene.output.path);
 }
 
+int complain(const std::exception& error) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "crackle: %s\n", error.what());
+  return 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
-    break_lattices(argc, argv);
-    return 0;
+    const crackle::petsc::Session session(argc, argv, crackle::help_text().c_str());
+    try {
+      break_lattices();
+      return 0;
+    } catch (const std::exception& error) {
+      return session.first() ? complain(error) : 1;
+    }
   } catch (const std::exception& error) {
-    std::fflush(stdout);
-    std::fprintf(stderr, "crackle: %s\n", error.what());
-    return 1;
+    return complain(error);
   }
 }

@@ -123,6 +123,7 @@ double note_diagonal(Network& network) {
       diagonal[network.bond_dofs(e)[i]] += network.stiffness[e] * values[i] * values[i];
     }
   }
+  network.plate_diagonal = diagonal.back();
   network.idle.clear();
   for (Dof slot = 0; slot < network.unknowns; ++slot) {
     if (diagonal[slot] == 0) network.idle.push_back(slot);

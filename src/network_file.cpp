@@ -1,6 +1,11 @@
 #include "crackle/network_file.hpp"
 
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <span>
 #include <utility>
 
 #include "crackle/error.hpp"
@@ -101,6 +106,25 @@ IntactNetwork load_network(const NetworkOptions& options) {
   } catch (const InputError& error) {
     throw InputError("network file " + options.file + ": " + error.what());
   }
+}
+
+std::string checksum(const IntactNetwork& intact) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  const auto add = [&hash](const auto& values) {
+    for (const std::byte byte : std::as_bytes(std::span(values))) {
+      hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001b3;
+    }
+  };
+  const Lattice& lattice = intact.network.lattice;
+  add(std::array{lattice.period_x});
+  add(lattice.position);
+  add(lattice.grip);
+  add(lattice.bond);
+  add(intact.network.stiffness);
+  add(intact.threshold);
+  std::array<char, 17> digits{};
+  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(hash));
+  return digits.data();
 }
 
 void write_network(hid_t file, const Network& network, std::span<const double> threshold) {

@@ -49,27 +49,47 @@ constexpr std::array kOptions = {
                false},
 };
 
-/// PETSc looks at these when it ends, or under other names than it was given: they are in use.
-constexpr std::array kLateOptions = {"options_",
+/// PETSc looks at these in its first solve, when it ends, or never where they are already obeyed.
+constexpr std::array kLateOptions = {"ksp_converged_reason",
+                                     "ksp_converged_rate",
+                                     "options_left",
+                                     "options_view",
+                                     "options_monitor",
+                                     "objects_dump",
                                      "malloc",
-                                     "log_",
+                                     "malloc_debug",
+                                     "malloc_dump",
+                                     "malloc_view",
+                                     "malloc_view_threshold",
+                                     "malloc_test",
+                                     "memory_view",
+                                     "log_view",
+                                     "log_view_memory",
+                                     "log_view_gpu_time",
+                                     "log_all",
+                                     "log",
+                                     "log_exclude",
+                                     "log_sync",
+                                     "log_trace",
                                      "info",
-                                     "memory_",
-                                     "objects_",
-                                     "get_",
-                                     "on_error_",
-                                     "start_in_debugger",
-                                     "debugger",
+                                     "info_exclude",
                                      "history",
+                                     "get_total_flops",
+                                     "check_stack",
+                                     "on_error_abort",
+                                     "on_error_mpiabort",
+                                     "on_error_attach_debugger",
+                                     "start_in_debugger",
+                                     "debugger_nodes",
+                                     "debugger_ranks",
+                                     "no_signal_handler",
+                                     "fp_trap",
+                                     "skip_petscrc",
                                      "help",
                                      "version",
-                                     "fp_trap",
-                                     "no_signal_handler",
-                                     "mpi_",
-                                     "petscrc",
-                                     "skip_petscrc",
-                                     "check_pointer_intensity",
-                                     "saws"};
+                                     "error_output_none",
+                                     "error_output_stdout",
+                                     "check_pointer_intensity"};
 
 /// Levenshtein's distance.
 std::size_t distance(const std::string& a, const std::string& b) {
@@ -108,7 +128,7 @@ std::map<std::string, std::string> decisive(const std::string& text) {
 }
 
 bool is_late(const std::string& bare_name) {
-  return std::ranges::any_of(kLateOptions, [&](const char* prefix) { return bare_name.starts_with(prefix); });
+  return std::ranges::find(kLateOptions, bare_name) != kLateOptions.end();
 }
 
 }  // namespace
@@ -147,6 +167,37 @@ bool decides_results(const std::string& name) {
   if (own != kOptions.end()) return own->decides;
   return name.find("_view") == std::string::npos && name.find("_monitor") == std::string::npos &&
          name.find("_converged_reason") == std::string::npos;
+}
+
+std::map<std::string, std::string> solver_options() {
+  char* text = nullptr;
+  petsc::check(PetscOptionsGetAll(nullptr, &text));
+  std::istringstream stream(text);
+  petsc::check(PetscFree(text));
+  std::map<std::string, std::string> options;
+  std::string name;
+  for (std::string word; stream >> word;) {
+    if (looks_like_option(word)) {
+      // PETSc takes no notice of case
+      std::ranges::transform(word, word.begin(),
+                             [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+      name = reaches_solver(word) ? word : "";
+      if (!name.empty()) options[name] = "";
+    } else if (!name.empty()) {
+      options[name].append(options[name].empty() ? "" : " ").append(word);
+    }
+  }
+  return options;
+}
+
+std::string option_named_in(const std::string& message) {
+  std::istringstream words(message);
+  for (std::string word; words >> word;) {
+    for (const auto& [name, value] : solver_options()) {
+      if (word == value) return name + " " + value;
+    }
+  }
+  return "";
 }
 
 std::string differing_options(const std::string& ours, const std::string& theirs) {

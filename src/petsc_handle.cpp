@@ -1,5 +1,6 @@
 #include "crackle/petsc_handle.hpp"
 
+#include <csignal>
 #include <cstdlib>
 #include <stdexcept>
 
@@ -32,6 +33,8 @@ void start_light() {
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   setenv("OMPI_MCA_pml", "ob1", 0);
   setenv("OMPI_MCA_btl", "self", 0);
+  // the folder would be the same for all of them, and starts side by side would trip over it
+  setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
 }
 
 }  // namespace
@@ -41,12 +44,17 @@ Session::Session(int& argc, char**& argv, const char* help) {
   const bool threads_wanted =
       std::getenv("OPENBLAS_NUM_THREADS") != nullptr || std::getenv("OMP_NUM_THREADS") != nullptr;
   if (openblas_set_num_threads != nullptr && !threads_wanted) openblas_set_num_threads(1);
-  PetscPushErrorHandler(keep_message, nullptr);  // first: an options file may be missing
+  // Before PETSc starts, as an options file may be missing; never popped, as PETSc may have changed its
+  // malloc.
+  PetscPushErrorHandler(keep_message, nullptr);
   check(PetscInitialize(&argc, &argv, nullptr, help));
+  std::signal(SIGPIPE, SIG_DFL);  // PETSc would make a crash report of `crackle ... | head`
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  first_ = rank == 0;
 }
 
 Session::~Session() {
-  PetscPopErrorHandler();
   PetscFinalize();
 }
 
@@ -55,7 +63,9 @@ void check(PetscErrorCode code, std::source_location where) {
   const char* text = nullptr;
   PetscErrorMessage(code, &text, nullptr);
   std::string what = message().empty() ? (text == nullptr ? "unknown error" : text) : message();
-  what += " (PETSc error " + std::to_string(code) + " in " + where.function_name() + ")";
+  const std::string file = where.file_name();
+  what += " (PETSc error " + std::to_string(code) + ", " + file.substr(file.rfind('/') + 1) + ":" +
+          std::to_string(where.line()) + ")";
   throw std::runtime_error(what);
 }
 

@@ -41,6 +41,18 @@ std::vector<std::string> shard_paths(const std::string& folder) {
   return paths;
 }
 
+std::string value_of(const std::string& options, const std::string& name) {
+  const std::size_t at = ("\n" + options).find("\n" + name + " ");
+  if (at == std::string::npos) return "";
+  const std::size_t start = at + name.size() + 1;
+  return options.substr(start, options.find('\n', start) - start);
+}
+
+std::string read_checksum(const std::string& path) {
+  const hdf5::Handle file = hdf5::open_file(path);
+  return H5Aexists(file, "network_checksum") > 0 ? hdf5::read_text(file, "network_checksum") : "";
+}
+
 }  // namespace
 
 RunFile::RunFile(OutputOptions options, RunHeader header)
@@ -54,13 +66,22 @@ RunFile::RunFile(OutputOptions options, RunHeader header)
         "-output", options_.path,
         "a file that doesn't exist yet; -resume continues the run it holds, -overwrite replaces it");
   }
-  if (access(folder_of(options_.path).c_str(), W_OK) != 0 || fs::is_directory(options_.path)) {
-    throw InputError("-output", options_.path, "a file in a folder that exists and can be written");
+  const bool other_kind = fs::exists(options_.path) && !fs::is_regular_file(options_.path);
+  if (access(folder_of(options_.path).c_str(), W_OK) != 0 || other_kind) {
+    throw InputError("-output", options_.path, "a plain file in a folder that exists and can be written");
   }
+  { const hdf5::Handle probe = hdf5::create_file(options_.path + ".part"); }
+  fs::remove(options_.path + ".part");
   if (there && options_.resume) resume();
-  if (there && !options_.resume) fs::remove_all(shard_folder_);
-  if (!fs::exists(options_.path) || !options_.resume) write_atomically(options_.path, {});
+}
+
+/// From here on the output is this run's: an old one goes, an empty one stands until the end.
+void RunFile::claim() {
+  if (claimed_) return;
+  if (!options_.resume) fs::remove_all(shard_folder_);
+  if (!options_.resume || !fs::exists(options_.path)) write_atomically(options_.path, {});
   fs::create_directories(shard_folder_);
+  claimed_ = true;
 }
 
 void RunFile::resume() {
@@ -71,6 +92,11 @@ void RunFile::resume() {
     if (!differing.empty()) {
       throw InputError("-resume of " + options_.path + " with " + differing, "",
                        "the options it was begun with");
+    }
+    if (read_checksum(path) != header_.checksum) {
+      throw InputError("-resume of " + options_.path,
+                       "with another network than before in " + value_of(header_.options, "-lattice_file"),
+                       "the network it was begun with");
     }
     for (const SampleRecord& record : read_records(path)) finished_.insert(record.summary.index);
   }
@@ -99,6 +125,7 @@ void RunFile::add(SampleRecord record) {
 void RunFile::flush() {
   last_flush_ = std::chrono::steady_clock::now();
   if (waiting_.empty()) return;
+  claim();
   write_atomically(shard_folder_ + "/" + std::to_string(shards_) + ".h5", waiting_);
   ++shards_;
   waiting_.clear();
@@ -118,9 +145,12 @@ std::vector<SampleRecord> RunFile::collect() const {
 
 std::vector<SampleSummary> RunFile::finish() {
   flush();
+  if (!fs::exists(options_.path)) claim();  // a run killed before its first merge has shards only
   const std::vector<SampleRecord> all = collect();
-  write_atomically(options_.path, all);
-  fs::remove_all(shard_folder_);
+  if (fs::exists(shard_folder_)) {
+    write_atomically(options_.path, all);
+    fs::remove_all(shard_folder_);
+  }
   std::vector<SampleSummary> summaries;
   summaries.reserve(all.size());
   for (const SampleRecord& record : all) summaries.push_back(record.summary);

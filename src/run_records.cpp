@@ -168,10 +168,14 @@ void write_run(const std::string& path, const RunHeader& header, const RecordOpt
   hdf5::write_attribute(file, "code_version", std::string(kVersion));
   hdf5::write_attribute(file, "options", header.options);
   hdf5::write_attribute(file, "created", now());
+  if (!header.checksum.empty()) hdf5::write_attribute(file, "network_checksum", header.checksum);
   write_samples(file, record, records);
   if (record.profile) write_profiles(file, records);
   if (record.snapshot) write_snapshots(file, records);
-  if (record.network) write_network(file, *header.network, header.threshold);
+  // thresholds belong to one sample
+  const std::span<const double> threshold = header.threshold;
+  if (record.network)
+    write_network(file, *header.network, threshold.first(records.size() <= 1 ? threshold.size() : 0));
 }
 
 std::vector<SampleRecord> read_records(const std::string& path) {

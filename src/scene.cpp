@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -17,10 +18,12 @@ namespace {
 
 using petsc::check;
 
+constexpr std::int64_t kMostSamples = 1'000'000'000;
+
 /// Reads one option after the other and notes the value used.
 class Reader {
  public:
-  [[nodiscard]] std::map<std::string, std::string> used() const { return used_; }
+  [[nodiscard]] const std::map<std::string, std::string>& used() const { return used_; }
 
   [[nodiscard]] bool given(const char* name) const {
     PetscBool set = PETSC_FALSE;
@@ -180,36 +183,16 @@ EnsembleOptions read_ensemble(Reader& reader, bool one_sample) {
   options.stop = read_stop(reader);
   options.monitor =
       reader.choice("-monitor", {std::pair{"auto", Monitor::automatic}, {"none", Monitor::none}});
+  if (options.samples > kMostSamples ||
+      options.first_sample > std::numeric_limits<std::int64_t>::max() - kMostSamples) {
+    throw InputError("-first_sample " + std::to_string(options.first_sample) + " -samples",
+                     std::to_string(options.samples), "at most 1e9 samples, each with a number of 64 bits");
+  }
   if (one_sample && options.samples > 1) {
     throw InputError("-samples", std::to_string(options.samples),
                      "1 with -disorder file: every sample is the same");
   }
   return options;
-}
-
-/// PETSc's options on the command line that reach a solver, with their values.
-std::map<std::string, std::string> solver_options() {
-  char* text = nullptr;
-  check(PetscOptionsGetAll(nullptr, &text));
-  std::istringstream stream(text);
-  check(PetscFree(text));
-  std::map<std::string, std::string> options;
-  std::string name;
-  for (std::string word; stream >> word;) {
-    if (looks_like_option(word)) {
-      name = reaches_solver(word) ? word : "";
-      if (!name.empty()) options[name] = "";
-    } else if (!name.empty()) {
-      options[name] += (options[name].empty() ? "" : " ") + word;
-    }
-  }
-  return options;
-}
-
-void write_text(const Reader& reader, Scene& scene) {
-  std::map<std::string, std::string> all = solver_options();
-  for (const auto& [name, value] : reader.used()) all[name] = value;
-  for (const auto& [name, value] : all) scene.options.append(name).append(" ").append(value).append("\n");
 }
 
 }  // namespace
@@ -235,7 +218,8 @@ Scene read_scene() {
   scene.ensemble = read_ensemble(reader, scene.disorder.from_file);
   scene.equilibrium.many_samples = scene.ensemble.samples > 1;
   scene.output = read_output(reader);
-  write_text(reader, scene);
+  scene.options = solver_options();
+  for (const auto& [name, value] : reader.used()) scene.options[name] = value;
   return scene;
 }
 
@@ -249,7 +233,12 @@ Run make_run(const Scene& scene, const IntactNetwork& intact) {
 }
 
 RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
-  RunHeader header{scene.options, nullptr, {}};
+  RunHeader header;
+  auto options = scene.options;
+  options["-model"] = intact.network.model == Model::fuse ? "fuse" : "spring";
+  for (const auto& [name, value] : options)
+    header.options.append(name).append(" ").append(value).append("\n");
+  if (scene.network.from_file) header.checksum = checksum(intact);
   if (!scene.output.record.network) return header;
   header.network = &intact.network;
   if (scene.disorder.from_file) header.threshold = intact.threshold;

@@ -53,6 +53,8 @@ struct EquilibriumOptions {
 
 /// F below this fraction of the intact network's F is failure.
 inline constexpr double kFailedStiffness = 1e-8;
+/// F of the intact network below this fraction of the plate's diagonal entry is rounding: nothing carries.
+inline constexpr double kNoStiffness = 1e-12;
 /// Ratios that differ by less than this fraction are equal: of those bonds the lowest BondId breaks.
 inline constexpr double kTie = 1e-11;
 /// An elongation below this multiple of the plate's displacement is rounding: the bond carries nothing.

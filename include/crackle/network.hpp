@@ -46,6 +46,7 @@ struct Network {
   std::vector<Dof> bond_dof;       ///< [M * width()]
   std::vector<double> bond_value;  ///< [M * width()]
   BondId stretchable = 0;          ///< bonds with k_e > 0 and b_e != 0: only these are in the system
+  double plate_diagonal = 0;       ///< K's last diagonal entry, the most that F can be
   double norm = 0;  ///< bound on |K| (maximum norm): 2 width() times K's largest diagonal entry
 
   static constexpr Dof kFixed = -1;

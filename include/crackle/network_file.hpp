@@ -45,6 +45,10 @@ struct IntactNetwork {
 /// file's components contradict `model`.
 [[nodiscard]] IntactNetwork load_network(const NetworkOptions& options);
 
+/// A number for everything that decides how it breaks: geometry, stiffnesses, thresholds (FNV-1a, 16 hex
+/// digits).
+[[nodiscard]] std::string checksum(const IntactNetwork& intact);
+
 /// Throws InputError, naming file and what is wrong, for a file that is missing, truncated or not HDF5, lacks
 /// a dataset, has one of a wrong shape, or holds what make_lattice refuses; for thresholds that are NaN or
 /// negative.

@@ -1,6 +1,7 @@
 /// The options by name: what -help says of each, and what a name on the command line can be.
 #pragma once
 
+#include <map>
 #include <string>
 
 namespace crackle {
@@ -27,6 +28,12 @@ struct OptionText {
 
 /// -ksp_..., -pc_..., -mat_...
 [[nodiscard]] bool reaches_solver(const std::string& name);
+
+/// The solver's options that were given, -name to value; names in lower case.
+[[nodiscard]] std::map<std::string, std::string> solver_options();
+
+/// "-name value" of the first of them whose value is a word of `message`; empty when none is.
+[[nodiscard]] std::string option_named_in(const std::string& message);
 
 /// True for our options that decide what a run file holds, and for the solver's but for those that only look.
 [[nodiscard]] bool decides_results(const std::string& name);

@@ -21,6 +21,12 @@ class Session {
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
+
+  /// True in the process that speaks for all.
+  [[nodiscard]] bool first() const { return first_; }
+
+ private:
+  bool first_ = true;
 };
 
 /// Throws std::runtime_error with PETSc's message and the place of the call when `code` is not 0.

@@ -2,6 +2,7 @@
 /// options; the solver's own are read by PETSc.
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "crackle/disorder.hpp"
@@ -19,7 +20,7 @@ struct Scene {
   EnsembleOptions ensemble;
   OutputOptions output;
   bool help = false;
-  std::string options;  ///< every option with the value used, "-name value" a line, sorted by name
+  std::map<std::string, std::string> options;  ///< every option with the value used; -model only if known
 };
 
 /// The text of -help: name, default, allowed values and meaning of every option.

@@ -1,0 +1,128 @@
+"""Runs crackle as a user does, and looks at what it leaves. The program's path: environment variable CRACKLE.
+
+Command lines are written as in a shell: run(folder, "-lattice_size 4 -model fuse").
+"""
+import functools
+import os
+import shlex
+import subprocess
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+CRACKLE = os.environ.get("CRACKLE", "crackle")
+OUTPUT = "crackle.h5"  # the default of -output
+LONGEST = 30           # seconds
+
+
+def environment():
+    """The tests', without options that PETSc would take from it."""
+    return {name: value for name, value in os.environ.items() if name != "PETSC_OPTIONS"}
+
+
+def start(folder, line):
+    """A run in `folder` that goes on by itself."""
+    return subprocess.Popen([CRACKLE, *shlex.split(line)], cwd=folder, env=environment(), text=True,
+                            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def run(folder, line):
+    """A run in `folder` to its end, good or bad: returncode, stdout, stderr."""
+    return subprocess.run([CRACKLE, *shlex.split(line)], cwd=folder, env=environment(),
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          timeout=LONGEST, encoding="utf-8", errors="replace", check=False)
+
+
+def succeed(folder, line):
+    """A run in `folder` that must come to a good end."""
+    result = run(folder, line)
+    assert result.returncode == 0, f"crackle {line}: {result.stderr}"
+    return result
+
+
+def break_samples(folder, line, output=OUTPUT):
+    """A run that must come to a good end: all datasets of its file."""
+    succeed(folder, f"{line} -monitor none -output {output}")
+    return datasets(folder / output)
+
+
+def datasets(path):
+    """Every dataset of a file, by its full name."""
+    found = {}
+
+    def keep(name, item):
+        if isinstance(item, h5py.Dataset):
+            found["/" + name] = item[...]
+
+    with h5py.File(path, "r") as file:
+        file.visititems(keep)
+    return found
+
+
+def attributes(path, group="/"):
+    with h5py.File(path, "r") as file:
+        return dict(file[group].attrs)
+
+
+def options_of(path):
+    """The options that a run file lists: "-name" to value."""
+    text = attributes(path)["options"]
+    text = text.decode() if isinstance(text, bytes) else text
+    return dict((line.split(" ", 1) + [""])[:2] for line in text.splitlines())
+
+
+def assert_same(found, expected, but=("/samples/wall_time",)):
+    """The same datasets, bit for bit, the time they took aside."""
+    assert found.keys() == expected.keys()
+    for name in found.keys() - set(but):
+        assert found[name].dtype == expected[name].dtype, name
+        assert found[name].shape == expected[name].shape, name
+        assert found[name].tobytes() == expected[name].tobytes(), name
+
+
+def assert_same_breaks(found, expected, tolerance=1e-11):
+    """The same bonds in the same order. Of loads and stiffnesses, relative errors up to tolerance F_1 / F_k:
+    conditioning grows as the stiffness F_k falls.
+    """
+    np.testing.assert_array_equal(found["/breaks/bond"], expected["/breaks/bond"])
+    stiffness = expected["/breaks/stiffness"]
+    for name in ("/breaks/load", "/breaks/stiffness"):
+        error = np.abs(found[name] - expected[name])
+        allowed = tolerance * stiffness[0] / stiffness * np.abs(expected[name])
+        assert (error <= allowed).all(), f"{name}: {np.max(error / allowed):.3g} times what is allowed"
+
+
+def contents(folder):
+    """Every file below a folder with its bytes; folders, pipes and the like with None."""
+    return {str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
+            for path in sorted(folder.rglob("*"))}
+
+
+@functools.lru_cache(maxsize=None)
+def whole_run():
+    """The bytes of a run file."""
+    with tempfile.TemporaryDirectory() as folder:
+        succeed(folder, "-lattice_size 1 -monitor none")
+        return (Path(folder) / OUTPUT).read_bytes()
+
+
+def refuse(folder, line, *words, output=OUTPUT):
+    """The command line must be refused for a reason that the user can mend, and every file stay as it is.
+
+    One line on stderr, which has all `words` (option or file, value, what is allowed); exit status 1. A whole
+    run stands in `output`, and the command line may replace it. output=None: the line says it all.
+    """
+    if output is not None:
+        (folder / output).write_bytes(whole_run())
+        line = f"{line} -overwrite -output {output}"
+    before = contents(folder)
+    result = run(folder, line)
+    assert contents(folder) == before, "files were touched"
+    assert result.returncode == 1, result.stderr
+    assert result.stderr.count("\n") == 1 and result.stderr.startswith("crackle: "), result.stderr
+    assert "::" not in result.stderr, f"names of the source are no help: {result.stderr}"
+    missing = [word for word in words if word not in result.stderr]
+    assert not missing, f"{missing} not in: {result.stderr}"
+    return result.stderr

@@ -1,0 +1,130 @@
+"""A mistake on the command line ends in one line that tells how to mend it, and touches no file."""
+import shlex
+
+import pytest
+from program import OUTPUT, options_of, refuse, succeed
+
+MISSPELT = [
+    ("-latice_size 4", "-latice_size", "-lattice_size"),
+    ("--lattice_size 4", "--lattice_size", "-lattice_size"),
+    ("-sample 4", "-sample", "-samples"),
+    ("-break_onn tension", "-break_onn", "-break_on"),
+    ("-recrod none", "-recrod", "-record"),
+]
+
+# option, values that are refused, one word of what is allowed
+VALUES = [
+    ("-model", ["fuses", "1", "spring,fuse"], "spring or fuse"),
+    ("-lattice", ["hexagonal", "0"], "triangular"),
+    ("-lattice_size", ["0", "-1", "8.5", "abc", "1e2", "4x", "nan", "99999999999999999999"], "from 1"),
+    ("-lattice_row_spacing", ["0", "-1", "abc", "nan", "inf", "1e999", "1,5", "0x1"], "above 0"),
+    ("-grips", ["glued", "1"], "sliding or clamped"),
+    ("-break_on", ["compression"], "magnitude or tension"),
+    ("-disorder", ["gauss", "1"], "uniform"),
+    ("-seed", ["-1", "1.5", "abc", "18446744073709551616"], "an integer from 0"),
+    ("-samples", ["0", "-3", "2.5", "abc", "1e3", "9223372036854775808"], "from 1"),
+    ("-first_sample", ["-1", "0.5", "abc", "9223372036854775808"], "an integer from 0"),
+    ("-stop", ["peak", "breaks", "breaks=", "breaks=-1", "breaks=1.5", "breaks=x", "stiffness=2",
+               "stiffness=-0.1", "stiffness=nan", "displacement=-1", "displacement=inf", "displacement",
+               "failure=1", "=", "=3"], "breaks=n"),
+    ("-equilibrium", ["banana", "ksp,dense"], "ksp"),
+    ("-resume", ["perhaps"], "true or false"),
+    ("-record", ["bond", "none,breaks", "breaks;profile", ","], "breaks, profile, snapshot, network"),
+    ("-record snapshot -record_snapshot_at", ["0", "-1", "x", "1,x", "1.5", "1,,2"], "from 1"),
+    ("-monitor", ["loud", "0"], "none"),
+]
+
+USELESS = [
+    ("-lattice_file network.h5", "-lattice_file"),
+    ("-record_snapshot_at 3", "-record_snapshot_at"),
+    ("-record none -record_snapshot_at 3", "-record_snapshot_at"),
+    ("-equilibrium dense -ksp_type cg", "-ksp_type"),
+    ("-equilibrium dense -pc_type updown", "-pc_type"),
+    ("-pc_type updown -pc_factor_mat_solver_type mumps", "-pc_factor_mat_solver_type"),
+    ("-ksp_rtol 1e-9", "-ksp_rtol"),  # no use under -ksp_type preonly
+]
+
+
+@pytest.mark.parametrize("line, name, meant", MISSPELT)
+def test_misspelt_option_is_named_with_the_one_that_was_meant(tmp_path, line, name, meant):
+    refuse(tmp_path, line, f" {name} ", f"did you mean {meant}?")
+
+
+@pytest.mark.parametrize("line", ["-temperature 3", "-temperature", "-ksp_typo cg", "-log_veiw", "-helpp"])
+def test_unknown_option_is_named(tmp_path, line):
+    refuse(tmp_path, line, shlex.split(line)[0])
+
+
+@pytest.mark.parametrize("option, value, allowed",
+                         [(option, value, allowed) for option, values, allowed in VALUES for value in values])
+def test_value_that_is_not_allowed(tmp_path, option, value, allowed):
+    refuse(tmp_path, f"{option} {value}", option.split()[-1], value, allowed)
+
+
+@pytest.mark.parametrize("option", ["-model", "-lattice_size", "-seed", "-stop", "-record", "-monitor"])
+def test_option_without_its_value(tmp_path, option):
+    refuse(tmp_path, option, option, "allowed is")
+    refuse(tmp_path, f"{option} ''", option, "allowed is")
+
+
+@pytest.mark.parametrize("line, name", USELESS)
+def test_option_of_no_use_in_the_scene(tmp_path, line, name):
+    refuse(tmp_path, line, f" {name} ")
+
+
+@pytest.mark.parametrize("line, word", [("triangular", "triangular"), ("-lattice_size 4 5", " 5"),
+                                        ("-lattice_size 4 seed 3", "seed"), ("- -lattice_size 4", " -")])
+def test_stray_word(tmp_path, line, word):
+    refuse(tmp_path, line, word, "allowed is")
+
+
+@pytest.mark.parametrize("line, words", [
+    ("-lattice file", ["-lattice_file", "HDF5"]),
+    ("-record snapshot", ["-record_snapshot_at", "from 1"]),
+    ("-disorder file", ["-disorder", "-lattice file"]),
+    ("-resume", ["-overwrite", "-resume"]),
+])
+def test_option_that_needs_or_excludes_another(tmp_path, line, words):
+    refuse(tmp_path, line, *words)
+
+
+def test_more_samples_than_numbers(tmp_path):
+    """The last sample's number must be one."""
+    refuse(tmp_path, "-lattice_size 1 -first_sample 9223372036854775807 -samples 2", "sample")
+
+
+def test_options_file_that_is_not_there(tmp_path):
+    refuse(tmp_path, "-options_file scene.opts", "options file", "scene.opts")
+
+
+@pytest.mark.parametrize("text, word", [(b"lattice_size 4\n", "lattice_size"), (b"-lattice_size 4 5\n", "5"),
+                                        (b"\x89HDF\r\n\x1a\n\x00", "scene.opts")])
+def test_options_file_with_garbage(tmp_path, text, word):
+    (tmp_path / "scene.opts").write_bytes(text)
+    refuse(tmp_path, "-options_file scene.opts", "scene.opts", word)
+
+
+def test_options_file_with_a_misspelt_option(tmp_path):
+    (tmp_path / "scene.opts").write_text("# a scene\n-lattice_sise 4\n")
+    refuse(tmp_path, "-options_file scene.opts", "-lattice_sise", "did you mean -lattice_size?")
+
+
+@pytest.mark.parametrize("option", ["-pc_type", "-ksp_type", "-mat_type",
+                                    "-pc_type cholesky -pc_factor_mat_solver_type"])
+def test_petsc_type_that_does_not_exist(tmp_path, option):
+    refuse(tmp_path, f"{option} nonsense", option.split()[-1], "nonsense")
+
+
+@pytest.mark.parametrize("line", ["-ksp_type cg -ksp_rtol abc", "-ksp_type cg -ksp_max_it 1.5",
+                                  "-pc_updown_rank 0", "-pc_updown_rank x", "-pc_updown_rank 2"])
+def test_petsc_value_that_is_not_allowed(tmp_path, line):
+    option, value = line.split()[-2:]
+    refuse(tmp_path, line, option, value)
+
+
+def test_options_named_in_capitals_are_the_same_options(tmp_path):
+    """PETSc takes no notice of case: what has an effect stands in the file."""
+    succeed(tmp_path, "-LATTICE_SIZE 2 -KSP_TYPE cg -monitor none")
+    options = {name.lower(): value for name, value in options_of(tmp_path / OUTPUT).items()}
+    assert options["-lattice_size"] == "2"
+    assert options["-ksp_type"] == "cg"
