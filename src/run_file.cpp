@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "crackle/error.hpp"
+#include "crackle/hdf5_handle.hpp"
 #include "crackle/option_text.hpp"
-#include "crackle/run_records.hpp"
 
 namespace crackle {
 
@@ -155,14 +155,6 @@ std::vector<SampleSummary> RunFile::finish() {
   summaries.reserve(all.size());
   for (const SampleRecord& record : all) summaries.push_back(record.summary);
   return summaries;
-}
-
-std::string read_options_text(const std::string& path) {
-  try {
-    return hdf5::read_text(hdf5::open_file(path), "options");
-  } catch (const InputError& error) {
-    throw InputError("run file " + path + ": " + error.what());
-  }
 }
 
 }  // namespace crackle

@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "crackle/error.hpp"
+#include "crackle/hdf5_handle.hpp"
 #include "crackle/network_file.hpp"
 #include "crackle/version.hpp"
 
@@ -182,6 +183,14 @@ std::vector<SampleRecord> read_records(const std::string& path) {
   const hdf5::Handle file = hdf5::open_file(path);
   try {
     return read_file(file);
+  } catch (const InputError& error) {
+    throw InputError("run file " + path + ": " + error.what());
+  }
+}
+
+std::string read_options_text(const std::string& path) {
+  try {
+    return hdf5::read_text(hdf5::open_file(path), "options");
   } catch (const InputError& error) {
     throw InputError("run file " + path + ": " + error.what());
   }

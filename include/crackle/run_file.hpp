@@ -1,14 +1,6 @@
 /// The run file: what a run leaves behind, and keeps while it goes on.
 ///
-///     /                      attributes: schema_version, code_version, options (one "-name value" a line), created;
-///                            network_checksum, of a network that came from a file
-///     /samples/NAME          [S] index, peak_load, peak_displacement, n_p, n_f, initial_stiffness, wall_time
-///     /samples/break_offset  int64[S+1] where each sample's breaks start (with -record breaks, as all of /breaks)
-///     /breaks/bond, load, stiffness       [B] int32, float64, float64
-///     /profile/peak, failure              int32[S][sections]  (-record profile)
-///     /snapshots/sample, number           [K] int64, int32    (-record snapshot)
-///     /snapshots/displacement, force      float64[K][N * components], float64[K][M]
-///     /network                            see network_file    (-record network)
+/// Its schema: see run_records.hpp.
 ///
 /// Samples are ordered by index. While a run goes on, finished samples stand in OUTPUT.shards/, in files of
 /// this same schema, each written whole under another name, synced and renamed: a kill loses at most what was
@@ -22,12 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "crackle/network.hpp"
-#include "crackle/record.hpp"
+#include "crackle/run_records.hpp"
 
 namespace crackle {
 
-inline constexpr std::int32_t kSchemaVersion = 1;
 /// Samples wait at most this long for a shard.
 inline constexpr double kFlushSeconds = 1.0;
 
@@ -36,14 +26,6 @@ struct OutputOptions {
   bool resume = false;     ///< continue the run that `path` holds
   bool overwrite = false;  ///< replace it
   RecordOptions record;
-};
-
-/// What stands at the head of a run file.
-struct RunHeader {
-  std::string options;               ///< every option of the run, "-name value" a line, sorted by name
-  std::string checksum;              ///< of a network from a file, which -resume compares; else empty
-  const Network* network = nullptr;  ///< for -record network; else null
-  std::vector<double> threshold;     ///< written with it; may be empty
 };
 
 class RunFile {
@@ -80,12 +62,5 @@ class RunFile {
   int shards_ = 0;
   bool claimed_ = false;  ///< the output is ours
 };
-
-/// Every sample of a run file, in its order. Throws InputError, naming it, for one that is not a whole run
-/// file.
-[[nodiscard]] std::vector<SampleRecord> read_records(const std::string& path);
-
-/// The text attribute `options` of a run file.
-[[nodiscard]] std::string read_options_text(const std::string& path);
 
 }  // namespace crackle
