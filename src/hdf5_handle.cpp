@@ -43,9 +43,13 @@ void put_attribute(hid_t where, const std::string& name, hid_t type, const void*
     throw std::runtime_error("HDF5 could not write attribute " + name);
 }
 
-Handle open_attribute(hid_t where, const std::string& name) {
+/// An attribute of one value, which is `kind` ("a number").
+Handle open_attribute(hid_t where, const std::string& name, const std::string& kind) {
   if (H5Aexists(where, name.c_str()) <= 0) throw InputError("attribute " + name, "", "present in the file");
-  return Handle(checked(H5Aopen(where, name.c_str(), H5P_DEFAULT), "open attribute " + name));
+  Handle attribute(checked(H5Aopen(where, name.c_str(), H5P_DEFAULT), "open attribute " + name));
+  const Handle space(H5Aget_space(attribute));
+  if (H5Sget_simple_extent_npoints(space) != 1) throw InputError("attribute " + name, "", kind);
+  return attribute;
 }
 
 }  // namespace
@@ -119,10 +123,11 @@ void write_attribute(hid_t where, const std::string& name, std::int32_t value) {
 }
 
 std::string read_text(hid_t where, const std::string& name) {
-  const Handle attribute = open_attribute(where, name);
+  const std::string kind = "a text of fixed length";
+  const Handle attribute = open_attribute(where, name, kind);
   const Handle type(H5Aget_type(attribute));
   if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0) {
-    throw InputError("attribute " + name, "", "a text of fixed length");
+    throw InputError("attribute " + name, "", kind);
   }
   std::string text(H5Tget_size(type), '\0');
   if (H5Aread(attribute, type, text.data()) < 0) throw InputError("attribute " + name, "", "readable");
@@ -131,7 +136,7 @@ std::string read_text(hid_t where, const std::string& name) {
 }
 
 double read_number(hid_t where, const std::string& name) {
-  const Handle attribute = open_attribute(where, name);
+  const Handle attribute = open_attribute(where, name, "a number");
   double value = 0;
   if (H5Aread(attribute, H5T_NATIVE_DOUBLE, &value) < 0)
     throw InputError("attribute " + name, "", "a number");

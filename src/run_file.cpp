@@ -66,18 +66,27 @@ RunFile::RunFile(OutputOptions options, RunHeader header)
         "-output", options_.path,
         "a file that doesn't exist yet; -resume continues the run it holds, -overwrite replaces it");
   }
+  check_writable();
+  if (there && options_.resume) resume();
+}
+
+/// By writing: permissions alone don't tell of read-only or special file systems.
+void RunFile::check_writable() const {
   const bool other_kind = fs::exists(options_.path) && !fs::is_regular_file(options_.path);
-  if (access(folder_of(options_.path).c_str(), W_OK) != 0 || other_kind) {
+  try {
+    if (other_kind) throw InputError("a folder or a device");
+    { const hdf5::Handle probe = hdf5::create_file(options_.path + ".part"); }
+    fs::remove(options_.path + ".part");
+  } catch (const std::exception&) {
     throw InputError("-output", options_.path, "a plain file in a folder that exists and can be written");
   }
-  { const hdf5::Handle probe = hdf5::create_file(options_.path + ".part"); }
-  fs::remove(options_.path + ".part");
-  if (there && options_.resume) resume();
 }
 
 /// From here on the output is this run's: an old one goes, an empty one stands until the end.
 void RunFile::claim() {
   if (claimed_) return;
+  const bool theirs = !options_.resume && !options_.overwrite && fs::exists(options_.path);
+  if (theirs) throw InputError("-output", options_.path, "a file that no other run has begun meanwhile");
   if (!options_.resume) fs::remove_all(shard_folder_);
   if (!options_.resume || !fs::exists(options_.path)) write_atomically(options_.path, {});
   fs::create_directories(shard_folder_);

@@ -101,7 +101,9 @@ void read_breaks(hid_t file, std::vector<SampleRecord>& records) {
   const auto load = hdf5::read<double>(file, "breaks/load");
   const auto stiffness = hdf5::read<double>(file, "breaks/stiffness");
   const auto all = std::min({bond.size(), load.size(), stiffness.size()});
-  if (offset.size() != records.size() + 1 || static_cast<std::size_t>(offset.back()) != all) {
+  const bool whole =
+      offset.size() == records.size() + 1 && offset.front() == 0 && std::ranges::is_sorted(offset);
+  if (!whole || static_cast<std::size_t>(offset.back()) != all) {
     throw InputError("dataset /samples/break_offset", "", "S + 1 places in /breaks");
   }
   for (std::size_t s = 0; s < records.size(); ++s) {
@@ -114,6 +116,9 @@ void read_breaks(hid_t file, std::vector<SampleRecord>& records) {
 void read_profiles(hid_t file, std::vector<SampleRecord>& records) {
   const auto peak = hdf5::read<std::int32_t>(file, "profile/peak");
   const auto failure = hdf5::read<std::int32_t>(file, "profile/failure");
+  if (peak.size() != failure.size() || (!records.empty() && peak.size() % records.size() != 0)) {
+    throw InputError("size of /profile/peak and failure", "", "a row for each sample");
+  }
   const std::ptrdiff_t sections = records.empty() ? 0 : std::ssize(peak) / std::ssize(records);
   for (std::ptrdiff_t s = 0; s < std::ssize(records); ++s) {
     records[s].profile_peak.assign(peak.begin() + s * sections, peak.begin() + (s + 1) * sections);
@@ -127,6 +132,10 @@ void read_snapshots(hid_t file, std::vector<SampleRecord>& records) {
   const auto displacement = hdf5::read<double>(file, "snapshots/displacement");
   const auto force = hdf5::read<double>(file, "snapshots/force");
   const auto count = std::ssize(sample);
+  const auto fits = [count](std::ptrdiff_t size) { return count == 0 ? size == 0 : size % count == 0; };
+  if (std::ssize(number) != count || !fits(std::ssize(displacement)) || !fits(std::ssize(force))) {
+    throw InputError("sizes of /snapshots", "", "as many as /snapshots/sample has");
+  }
   const auto part = [count](const std::vector<double>& values, std::ptrdiff_t i) {
     const std::ptrdiff_t width = std::ssize(values) / count;
     return std::vector<double>(values.begin() + i * width, values.begin() + (i + 1) * width);

@@ -49,6 +49,7 @@ class RunFile {
 
  private:
   void resume();
+  void check_writable() const;
   void claim();
   [[nodiscard]] std::vector<SampleRecord> collect() const;
   void write_atomically(const std::string& path, std::span<const SampleRecord> records) const;

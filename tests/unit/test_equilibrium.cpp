@@ -1,0 +1,153 @@
+#include <gtest/gtest.h>
+
+#include "crackle/equilibrium.hpp"
+#include "support/expect_refused.hpp"
+#include "support/small_networks.hpp"
+
+namespace crackle {
+namespace {
+
+/// A strategy whose displacements the test gives: what is left is the interface's own part.
+class Given final : public Equilibrium {
+ public:
+  explicit Given(const Network& network, BreakOn break_on = BreakOn::magnitude)
+      : Equilibrium(network, {.break_on = break_on}, none_),
+        u_(static_cast<std::size_t>(network.unknowns), 1.0) {}
+
+  [[nodiscard]] State find_critical(Critical& next) override { return scan(u_, next); }
+  [[nodiscard]] std::span<const double> displacements() override { return u_; }
+  using Equilibrium::has_failed;
+
+  std::vector<double> u_;
+  int resets = 0;
+  std::vector<BondId> removed;
+
+ private:
+  void do_reset() override { ++resets; }
+  void do_remove(BondId bond) override { removed.push_back(bond); }
+  PhaseTimes none_;
+};
+
+BondId critical_bond(Given& equilibrium) {
+  Critical next{.bond = -1};
+  EXPECT_EQ(equilibrium.find_critical(next), State::carrying);
+  return next.bond;
+}
+
+TEST(Equilibrium, ScanFindsTheLargestRatioAndOfTiesTheLowestBond) {
+  {
+    const Network network = test::bundle(3, {1, 2, 8});
+    Given equilibrium(network);
+    equilibrium.u_ = {0.25};
+    equilibrium.reset(std::vector{0.5, 0.25, 2.0});
+    Critical next;
+    ASSERT_EQ(equilibrium.find_critical(next), State::carrying);
+    EXPECT_EQ(next.bond, 1) << "ratios at unit load are 1/2, 2 and 1";
+    EXPECT_EQ(next.load, 0.5);
+    EXPECT_EQ(next.stiffness, 4);
+  }
+  {
+    const Network network = test::bundle(4);
+    Given equilibrium(network);
+    equilibrium.reset(std::vector{2.0, 1.0, 1.0, 1.0});
+    EXPECT_EQ(critical_bond(equilibrium), 1) << "equal";
+    equilibrium.reset(std::vector{2.0, 1.0, 1 - 0.5 * kTie, 1.0});
+    EXPECT_EQ(critical_bond(equilibrium), 1) << "equal but for rounding";
+    equilibrium.reset(std::vector{2.0, 1.0, 1 - 2 * kTie, 1.0});
+    EXPECT_EQ(critical_bond(equilibrium), 2) << "truly larger";
+    equilibrium.reset(std::vector{2.0, 0.0, 1.0, 0.0});
+    EXPECT_EQ(critical_bond(equilibrium), 1) << "no threshold at all";
+  }
+}
+
+TEST(Equilibrium, TensionLeavesWhatIsPressedAndFailsWithoutAny) {
+  {
+    const Network network = test::fuses_between(2, {{1, 0}, {0, 1}, {0, 1}});
+    const std::vector<double> threshold{0.1, 0.9, 0.5};
+    Given magnitude(network, BreakOn::magnitude);
+    magnitude.reset(threshold);
+    EXPECT_EQ(critical_bond(magnitude), 0);
+    Given tension(network, BreakOn::tension);
+    tension.reset(threshold);
+    EXPECT_EQ(critical_bond(tension), 2);
+    tension.remove(1);
+    tension.remove(2);
+    Critical next;
+    EXPECT_EQ(tension.find_critical(next), State::failed) << "only pressed bonds are left";
+  }
+  {
+    const Network network = test::chain(2);
+    Given equilibrium(network);
+    equilibrium.reset(std::vector{0.0, 0.5});
+    Critical next;
+    equilibrium.u_ = {0, 0};
+    EXPECT_EQ(equilibrium.find_critical(next), State::failed);
+    equilibrium.u_ = {0.5 * kNoElongation, 1};
+    equilibrium.reset(std::vector{1e-300, 1.0});
+    EXPECT_EQ(critical_bond(equilibrium), 1) << "an elongation that is rounding carries nothing";
+  }
+}
+
+TEST(Equilibrium, NeverNamesABondThatIsBrokenOrCannotStretch) {
+  {
+    const Network network = test::bundle(5);
+    Given equilibrium(network);
+    equilibrium.reset(std::vector{0.3, 0.0, 0.5, 0.2, 0.4});
+    for (const BondId expected : {1, 3, 0, 4, 2}) {
+      const BondId bond = critical_bond(equilibrium);
+      EXPECT_EQ(bond, expected);
+      equilibrium.remove(bond);
+      EXPECT_EQ(equilibrium.broken()[bond], 1);
+    }
+    Critical next;
+    EXPECT_EQ(equilibrium.find_critical(next), State::failed);
+    EXPECT_EQ(equilibrium.removed, (std::vector<BondId>{1, 3, 0, 4, 2}));
+    EXPECT_EQ(equilibrium.counts().breaks, 5);
+  }
+  {
+    const Lattice lattice = make_lattice(0, {{0, 0}, {1, 0}, {0, 1}}, {Grip::bottom, Grip::bottom, Grip::top},
+                                         {{0, 1}, {0, 2}, {1, 2}});
+    const Network network = make_network(lattice, Model::fuse, Grips::sliding, {1, 0, 1});
+    Given equilibrium(network);
+    equilibrium.reset(std::vector{0.0, 0.0, 0.7});
+    EXPECT_EQ(critical_bond(equilibrium), 2) << "0 lies in the bus bar, 1 has no stiffness";
+  }
+}
+
+TEST(Equilibrium, ResetForgetsAndFailureIsAShareOfTheIntactStiffness) {
+  {
+    const Network network = test::bundle(2);
+    Given equilibrium(network);
+    equilibrium.reset(std::vector{0.1, 0.2});
+    EXPECT_FALSE(equilibrium.has_failed(2));
+    EXPECT_EQ(equilibrium.intact_stiffness(), 2);
+    equilibrium.remove(0);
+    equilibrium.reset(std::vector{0.3, 0.4});
+    EXPECT_EQ(equilibrium.broken(), (std::vector<std::uint8_t>{0, 0}));
+    EXPECT_EQ(equilibrium.intact_stiffness(), 0);
+    EXPECT_EQ(critical_bond(equilibrium), 0);
+    EXPECT_EQ(equilibrium.resets, 2);
+  }
+  {
+    const Network network = test::bundle(1);
+    Given equilibrium(network);
+    equilibrium.reset(std::vector{0.1});
+    EXPECT_FALSE(equilibrium.has_failed(50));
+    EXPECT_FALSE(equilibrium.has_failed(51e-8));
+    EXPECT_TRUE(equilibrium.has_failed(49e-8));
+    EXPECT_TRUE(equilibrium.has_failed(std::numeric_limits<double>::quiet_NaN()));
+    EXPECT_EQ(equilibrium.intact_stiffness(), 50);
+    equilibrium.reset(std::vector{0.1});
+    EXPECT_TRUE(equilibrium.has_failed(0)) << "an intact network that carries nothing";
+  }
+}
+
+TEST(Equilibrium, RefusesAStrategyItDoesNotKnow) {
+  const Network network = test::bundle(1);
+  PhaseTimes times;
+  test::expect_refused([&] { (void)make_equilibrium(network, {.strategy = "guess"}, times); },
+                       {"-equilibrium", "guess", equilibrium_names()});
+}
+
+}  // namespace
+}  // namespace crackle

@@ -1,0 +1,16 @@
+#include <gtest/gtest.h>
+
+#include "crackle/pc_updown.hpp"
+#include "crackle/petsc_handle.hpp"
+#include "support/leak_check.hpp"
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  crackle::test::ignore_leaks();
+  const crackle::petsc::Session session(argc, argv, "The unit tests of crackle.\n");
+  crackle::test::note_leaks();
+  crackle::petsc::check(crackle::register_pc_updown());
+  const int failed = RUN_ALL_TESTS();
+  crackle::test::check_leaks();
+  return failed;
+}
