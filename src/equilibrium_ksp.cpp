@@ -167,6 +167,7 @@ State EquilibriumKsp::solve() {
   {
     const PhaseScope scope(times_, Phase::factor);
     code = KSPSetUp(ksp_);
+    if (code == 0) code = PCSetUp(pc_);  // a KSP that is set up doesn't look whether its matrix has changed
     if (updown_ && !kept_ && options_.many_samples && removed_.empty() && code == 0) {
       pc_updown_keep(pc_);
       kept_ = true;
@@ -174,10 +175,12 @@ State EquilibriumKsp::solve() {
     // an unknown that was pinned though something holds it shows in the residual
     if (updown_ && removed_.empty() && pc_updown_counts(pc_).null_pivots > 0) check_due_ = true;
   }
+  PCFailedReason failed = PC_NOERROR;
+  if (code == 0) check(PCGetFailedReason(pc_, &failed));
+  if (failed != PC_NOERROR) return confirm_failure("the preconditioner could not be set up");
   if (code == 0) {
     const PhaseScope scope(times_, Phase::solve);
     code = KSPSolve(ksp_, load_, u_);
-    if (code == PETSC_ERR_MAT_CH_ZRPVT) check(PCPostSolve(pc_, ksp_));  // which the error has skipped
   }
   // CHOLMOD through PETSc answers a singular matrix with this error
   if (code == PETSC_ERR_MAT_CH_ZRPVT) return confirm_failure(petsc::last_message());

@@ -163,6 +163,12 @@ std::vector<T> read(hid_t where, const std::string& name, std::vector<hsize_t>* 
   const Handle space(data < 0 ? -1 : H5Dget_space(data));
   const int rank = space < 0 ? -1 : H5Sget_simple_extent_ndims(space);
   if (rank < 0) throw InputError("dataset " + full_name(where, name), "", "an array of numbers");
+  const Handle type(H5Dget_type(data));
+  const H5T_class_t kind = H5Tget_class(type);
+  if (kind != H5T_INTEGER && (kind != H5T_FLOAT || std::is_integral_v<T>)) {
+    throw InputError("dataset " + full_name(where, name), "",
+                     std::is_integral_v<T> ? "an array of integers" : "an array of numbers");
+  }
   std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
   H5Sget_simple_extent_dims(space, extent.data(), nullptr);
   std::vector<T> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));

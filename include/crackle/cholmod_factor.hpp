@@ -52,7 +52,7 @@ class CholmodFactor {
   /// is then unusable until the next factor or restore.
   [[nodiscard]] bool factor(const SymmetricRows& K);
 
-  /// K := K - sum w w^T, one pass over the union of the paths. Returns the product of the slacks, that is
+  /// K := K - sum w w^T, where each w w^T lies in K's pattern (exact zeros count as entries), one pass over the union of the paths. Returns the product of the slacks, that is
   /// det K_new / det K_old: 1 - w^T K^-1 w for one w. At or below 0 the factor is unusable; near 0 it is as
   /// inaccurate as the slack is small.
   [[nodiscard]] double downdate(std::span<const RankOne> w);

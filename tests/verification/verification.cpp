@@ -8,6 +8,7 @@
 #include "crackle/observe_breaks.hpp"
 #include "crackle/pc_updown.hpp"
 #include "crackle/petsc_handle.hpp"
+#include "support/leak_check.hpp"
 
 namespace crackle::verification {
 
@@ -92,9 +93,19 @@ std::vector<double> solve_afresh(const Network& network, const std::vector<std::
 
 }  // namespace crackle::verification
 
+#ifdef __SANITIZE_ADDRESS__
+// PETSc's interface to CHOLMOD drops two arrays when the matrix is singular; whole stacks are needed to see it
+extern "C" const char* __lsan_default_suppressions() { return "leak:MatCholeskyFactorNumeric\n"; }  // NOLINT
+extern "C" const char* __asan_default_options() { return "fast_unwind_on_malloc=0"; }                 // NOLINT
+#endif
+
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
+  crackle::test::ignore_leaks();
   const crackle::petsc::Session session(argc, argv, nullptr);
+  crackle::test::note_leaks();
   crackle::petsc::check(crackle::register_pc_updown());
-  return RUN_ALL_TESTS();
+  const int failed = RUN_ALL_TESTS();
+  crackle::test::check_leaks();
+  return failed;
 }

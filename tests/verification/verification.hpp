@@ -22,8 +22,9 @@ inline constexpr Strategy kUpdownCg{"updown_cg", "ksp", "-ksp_type cg -pc_type u
 inline constexpr Strategy kMumps{
     "mumps", "ksp",
     "-ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type mumps -mat_mumps_icntl_24 1"};
-inline constexpr Strategy kCholmod{"cholmod", "ksp",
-                                   "-ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type cholmod -mat_cholmod_print 0"};
+inline constexpr Strategy kCholmod{
+    "cholmod", "ksp",
+    "-ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type cholmod -mat_cholmod_print 0"};
 inline constexpr Strategy kDense{"dense", "dense", ""};
 
 struct Setting {
