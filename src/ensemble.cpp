@@ -60,4 +60,9 @@ void run_ensemble(const Run& run, Equilibrium& equilibrium, RunFile& file, Phase
   }
 }
 
+std::vector<SampleSummary> finish(RunFile& file, PhaseTimes& times) {
+  const PhaseScope scope(times, Phase::output);
+  return file.finish();
+}
+
 }  // namespace crackle

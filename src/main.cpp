@@ -25,6 +25,7 @@ void break_lattices() {
   // 1. start
   const auto start = Clock::now();
   crackle::petsc::check(crackle::register_pc_updown());
+  crackle::petsc::LogStage stage("Set-up");
   crackle::PhaseTimes times;
 
   // 2. options
@@ -43,10 +44,12 @@ void break_lattices() {
   crackle::RunFile file(scene.output, header);
 
   // 5. break every sample
+  stage.next("Breaks");
   crackle::run_ensemble(run, *equilibrium, file, times);
 
   // 6. what came out
-  const auto samples = file.finish();
+  stage.next("Output");
+  const auto samples = crackle::finish(file, times);
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   crackle::print_report(samples, equilibrium->counts(), times, seconds, scene.output.path);
 }

@@ -37,6 +37,12 @@ void start_light() {
   setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
 }
 
+PetscLogStage register_stage(const char* name) {
+  PetscLogStage stage = 0;
+  check(PetscLogStageRegister(name, &stage));
+  return stage;
+}
+
 }  // namespace
 
 Session::Session(int& argc, char**& argv, const char* help) {
@@ -67,6 +73,15 @@ void check(PetscErrorCode code, std::source_location where) {
   what += " (PETSc error " + std::to_string(code) + ", " + file.substr(file.rfind('/') + 1) + ":" +
           std::to_string(where.line()) + ")";
   throw std::runtime_error(what);
+}
+
+LogStage::LogStage(const char* name) {
+  check(PetscLogStagePush(register_stage(name)));
+}
+
+void LogStage::next(const char* name) {
+  check(PetscLogStagePop());
+  check(PetscLogStagePush(register_stage(name)));
 }
 
 const std::string& last_message() {

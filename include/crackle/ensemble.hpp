@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "crackle/disorder.hpp"
 #include "crackle/equilibrium.hpp"
@@ -35,5 +36,8 @@ struct Run {
 /// Breaks the samples that `file` does not have yet. When one can't be broken (SolverError), those before it
 /// are on disk.
 void run_ensemble(const Run& run, Equilibrium& equilibrium, RunFile& file, PhaseTimes& times);
+
+/// RunFile::finish, its time counted as output.
+std::vector<SampleSummary> finish(RunFile& file, PhaseTimes& times);
 
 }  // namespace crackle

@@ -35,6 +35,17 @@ void check(PetscErrorCode code, std::source_location where = std::source_locatio
 /// What PETSc said last when something went wrong (its initial message, one line).
 [[nodiscard]] const std::string& last_message();
 
+/// The stage of -log_view that the program is in, until `next` or the end of its life.
+class LogStage {
+ public:
+  explicit LogStage(const char* name);
+  ~LogStage() { PetscLogStagePop(); }
+  LogStage(const LogStage&) = delete;
+  LogStage& operator=(const LogStage&) = delete;
+
+  void next(const char* name);
+};
+
 /// Owns one PETSc object.
 template <class Object, PetscErrorCode (*destroy)(Object*)>
 class Handle {

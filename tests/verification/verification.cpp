@@ -95,8 +95,12 @@ std::vector<double> solve_afresh(const Network& network, const std::vector<std::
 
 #ifdef __SANITIZE_ADDRESS__
 // PETSc's interface to CHOLMOD drops two arrays when the matrix is singular; whole stacks are needed to see it
-extern "C" const char* __lsan_default_suppressions() { return "leak:MatCholeskyFactorNumeric\n"; }  // NOLINT
-extern "C" const char* __asan_default_options() { return "fast_unwind_on_malloc=0"; }                 // NOLINT
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:MatCholeskyFactorNumeric\n";
+}  // NOLINT
+extern "C" const char* __asan_default_options() {
+  return "fast_unwind_on_malloc=0";
+}  // NOLINT
 #endif
 
 int main(int argc, char** argv) {
