@@ -194,7 +194,7 @@ std::string option_named_in(const std::string& message) {
   std::istringstream words(message);
   for (std::string word; words >> word;) {
     for (const auto& [name, value] : solver_options()) {
-      if (word == value) return name + " " + value;
+      if (word == value) return std::string(name).append(" ").append(value);
     }
   }
   return "";
