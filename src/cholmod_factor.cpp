@@ -165,7 +165,8 @@ bool CholmodFactor::factor_pinned(const SymmetricRows& K) {
   pinned_value_.assign(K.value, K.value + K.start[K.n]);
   for (const int row : pinned_) {
     const int* const begin = K.column + K.start[row];
-    pinned_value_[std::lower_bound(begin, K.column + K.start[row + 1], row) - K.column] *= 2;
+    double& entry = pinned_value_[std::lower_bound(begin, K.column + K.start[row + 1], row) - K.column];
+    entry += entry > 0 ? entry : 1;  // 0: no bond is left there
   }
   const SymmetricRows pinned{K.n, K.start, K.column, pinned_value_.data()};
   factor_afresh(pinned);

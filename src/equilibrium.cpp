@@ -7,6 +7,7 @@
 
 #include "crackle/equilibrium_dense.hpp"
 #include "crackle/equilibrium_ksp.hpp"
+#include "crackle/equilibrium_tree.hpp"
 #include "crackle/error.hpp"
 
 namespace crackle {
@@ -75,12 +76,28 @@ bool Equilibrium::has_failed(double stiffness) {
   return !(stiffness > kFailedStiffness * intact_stiffness_);
 }
 
+/// F is the least of sum_e k_e (b_e . v)^2 over all v with v[plate] = 1: any u bounds it from above.
+bool Equilibrium::has_failed(std::span<const double> u) {
+  const double stiffness = 1 / u[network_.plate];
+  const double doubtful =
+      kDoubtfulStiffness * (intact_stiffness_ > 0 ? intact_stiffness_ : network_.plate_diagonal);
+  if (stiffness > doubtful) return has_failed(stiffness);
+  double energy = 0;
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    const double stretch = broken_[e] == 0 ? elongation(network_, e, u) : 0;
+    energy += network_.stiffness[e] * stretch * stretch;
+  }
+  return has_failed(std::min(stiffness, energy * stiffness * stiffness));
+}
+
 std::string equilibrium_names() {
-  return "ksp, dense";
+  return "tree, ksp or dense";
 }
 
 std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const EquilibriumOptions& options,
                                               PhaseTimes& times) {
+  if (options.strategy == "tree")
+    return make_equilibrium_tree(network, options, times, {.verify = options.verify});
   if (options.strategy == "ksp") return make_equilibrium_ksp(network, options, times);
   if (options.strategy == "dense") return make_equilibrium_dense(network, options, times);
   throw InputError("-equilibrium", options.strategy, equilibrium_names());

@@ -37,7 +37,7 @@ class EquilibriumDense final : public Equilibrium {
     if (!factor()) return State::failed;
     solve();
     const PhaseScope scope(times_, Phase::search);
-    if (has_failed(1 / u_.back())) return State::failed;
+    if (has_failed(u_)) return State::failed;
     return scan(u_, next);
   }
 
@@ -65,7 +65,10 @@ class EquilibriumDense final : public Equilibrium {
         }
       }
     }
-    for (const Dof dof : pinned_) K_[dof * (n_ + 1)] *= 2;
+    for (const Dof dof : pinned_) {
+      double& entry = K_[dof * (n_ + 1)];
+      entry += entry > 0 ? entry : 1;  // 0: no bond is left there
+    }
   }
 
   /// K = L L^T, pinning one null pivot after another; false when the plate's pivot is the null one.

@@ -10,6 +10,7 @@
 #include <exception>
 
 #include "crackle/ensemble.hpp"
+#include "crackle/equilibrium_tree.hpp"
 #include "crackle/network_file.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/pc_updown.hpp"
@@ -52,6 +53,7 @@ void break_lattices() {
   const auto samples = crackle::finish(file, times);
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   crackle::print_report(samples, equilibrium->counts(), times, seconds, scene.output.path);
+  if (scene.tree_view) std::printf("%s", crackle::describe(crackle::tree_counts(*equilibrium)).c_str());
 }
 
 int complain(const std::exception& error) {

@@ -36,8 +36,13 @@ constexpr std::array kOptions = {
     OptionText{
         "-stop", "failure", "failure, stiffness=x (0 to 1), breaks=n (from 0) or displacement=d (from 0)",
         "where a sample ends: F below 1e-8 or x of the intact F, n breaks, plate displacement d", true},
-    OptionText{"-equilibrium", "ksp", "ksp or dense",
-               "strategy: a PETSc KSP (default -ksp_type preonly -pc_type updown) or dense LAPACK", true},
+    OptionText{"-equilibrium", "tree", "tree, ksp or dense",
+               "strategy: a factor on a separator tree; a PETSc KSP (the default when a -ksp_ or -pc_ option "
+               "is given); LAPACK",
+               true},
+    OptionText{"-equilibrium_tree_verify", "false", "true or false",
+               "compare every break of tree with a full solve by a fresh factor (slow)", false},
+    OptionText{"-equilibrium_tree_view", "false", "true or false", "what tree did, after the summary", false},
     OptionText{"-output", "crackle.h5", "the path of a file", "the run file", false},
     OptionText{"-resume", "false", "true or false", "continue the run that -output holds", false},
     OptionText{"-overwrite", "false", "true or false", "replace what -output holds", false},
@@ -111,6 +116,7 @@ std::string advice(const std::string& name) {
       kOptions, {}, [&name](const OptionText& option) { return distance(name, option.name); });
   if (closest->name == name) return "an option that this scene uses (it has no use here)";
   std::string known = "one of crackle -help, or an option of the solver in use";
+  if (reaches_solver(name)) return known + " (-equilibrium ksp has a KSP)";
   if (distance(name, closest->name) > 3) return known;
   return known + "; did you mean " + closest->name + "?";
 }

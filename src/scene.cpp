@@ -40,6 +40,9 @@ class Reader {
     return used_[name] = set == PETSC_TRUE ? value.data() : option.standard;
   }
 
+  /// Notes a value that follows from other options.
+  std::string note(const char* name, const char* value) { return used_[name] = value; }
+
   /// The place of the value among the words allowed.
   template <class Choice>
   Choice choice(const char* name, std::initializer_list<std::pair<const char*, Choice>> choices) {
@@ -202,6 +205,19 @@ const std::string& help_text() {
   return text;
 }
 
+namespace {
+
+void read_strategy(Reader& reader, Scene& scene) {
+  // who names a KSP or a PC, if only to view it, wants it used
+  const bool named = reader.given("-equilibrium") || solver_options().empty();
+  scene.equilibrium.strategy = named ? reader.text("-equilibrium") : reader.note("-equilibrium", "ksp");
+  if (scene.equilibrium.strategy != "tree") return;
+  scene.equilibrium.verify = reader.flag("-equilibrium_tree_verify");
+  scene.tree_view = reader.flag("-equilibrium_tree_view");
+}
+
+}  // namespace
+
 Scene read_scene() {
   PetscMPIInt processes = 1;
   MPI_Comm_size(PETSC_COMM_WORLD, &processes);
@@ -214,7 +230,7 @@ Scene read_scene() {
   scene.disorder = read_disorder(reader, scene.network.from_file);
   scene.equilibrium.break_on =
       reader.choice("-break_on", {std::pair{"magnitude", BreakOn::magnitude}, {"tension", BreakOn::tension}});
-  scene.equilibrium.strategy = reader.text("-equilibrium");
+  read_strategy(reader, scene);
   scene.ensemble = read_ensemble(reader, scene.disorder.from_file);
   scene.equilibrium.many_samples = scene.ensemble.samples > 1;
   scene.output = read_output(reader);

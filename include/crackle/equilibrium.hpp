@@ -46,13 +46,16 @@ struct EquilibriumCounts {
 };
 
 struct EquilibriumOptions {
-  std::string strategy = "ksp";  ///< name in `-equilibrium`
+  std::string strategy = "tree";  ///< name in `-equilibrium`
   BreakOn break_on = BreakOn::magnitude;
+  bool verify = false;       ///< tree: compare every break with a full solve by a fresh factor
   bool many_samples = true;  ///< reset will be called again: keep what makes it cheap
 };
 
 /// F below this fraction of the intact network's F is failure.
 inline constexpr double kFailedStiffness = 1e-8;
+/// F below this fraction of the intact network's is checked by the energy before it is believed.
+inline constexpr double kDoubtfulStiffness = 1e-4;
 /// F of the intact network below this fraction of the plate's diagonal entry is rounding: nothing carries.
 inline constexpr double kNoStiffness = 1e-12;
 /// Ratios that differ by less than this fraction are equal: of those bonds the lowest BondId breaks.
@@ -102,6 +105,10 @@ class Equilibrium {
   /// True when F means failure; sets the intact stiffness at the first call after reset.
   [[nodiscard]] bool has_failed(double stiffness);
 
+  /// The same, where F = 1/u[plate] is so small that rounding may have made it of 0: there the energy of u, an
+  /// upper bound of F u[plate]^2 that hardly rounds, has to agree. Size of u: n, at unit plate load.
+  [[nodiscard]] bool has_failed(std::span<const double> u);
+
   const Network& network_;      // NOLINT(*-non-private-*): one level of strategies, all in this library
   EquilibriumOptions options_;  // NOLINT(*-non-private-*)
   PhaseTimes& times_;           // NOLINT(*-non-private-*)
@@ -118,7 +125,7 @@ class Equilibrium {
   double intact_stiffness_ = 0;
 };
 
-/// Names that `-equilibrium` takes, for messages: "ksp, dense".
+/// Names that `-equilibrium` takes, for messages: "tree, ksp or dense".
 [[nodiscard]] std::string equilibrium_names();
 
 /// The strategy of that name. Throws InputError for an unknown one.

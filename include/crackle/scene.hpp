@@ -20,6 +20,7 @@ struct Scene {
   EnsembleOptions ensemble;
   OutputOptions output;
   bool help = false;
+  bool tree_view = false;                      ///< print what the tree strategy did
   std::map<std::string, std::string> options;  ///< every option with the value used; -model only if known
 };
 

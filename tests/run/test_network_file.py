@@ -58,7 +58,7 @@ def test_small_network_breaks_as_the_reference(tmp_path, components, grips):
 def test_irregular_network_with_stiffness_over_four_decades(tmp_path, grips, components, seed):
     network = irregular_network(seed, components=components)
     expected = break_network(network, grips)
-    for solver in ("", "-equilibrium dense", MUMPS):
+    for solver in ("", "-equilibrium ksp", "-equilibrium dense", MUMPS):
         assert_same_breaks(break_file(tmp_path, network, f"-grips {grips} {solver}"), expected)
 
 
@@ -134,7 +134,7 @@ def test_floppy_parts(tmp_path, kind, components, grips):
     for seed in range(2):
         network = FLOPPY[kind](components, seed)
         expected = break_network(network, grips)
-        for solver in ("", "-equilibrium dense"):
+        for solver in ("", "-equilibrium ksp", "-equilibrium dense"):
             assert_same_breaks(break_file(tmp_path, network, f"-grips {grips} {solver}"), expected)
 
 
@@ -142,7 +142,7 @@ def test_floppy_parts(tmp_path, kind, components, grips):
 def test_floppy_parts_on_stiffness_over_four_decades(tmp_path, seed, nodes):
     """Null pivots whose rounding is not small beside the softest bonds."""
     network = with_floppy_parts(irregular_network(seed, nodes))
-    for solver in ("", "-equilibrium dense", "-ksp_type cg -pc_type updown"):
+    for solver in ("", "-equilibrium ksp", "-equilibrium dense", "-ksp_type cg -pc_type updown"):
         assert_same_breaks(break_file(tmp_path, network, solver), break_network(network))
 
 
@@ -153,7 +153,7 @@ def thinned_network(seed):
     return network.without(bonds[:int(0.3 * len(bonds))])
 
 
-@pytest.mark.parametrize("solver", ["", "-equilibrium dense"])
+@pytest.mark.parametrize("solver", ["", "-equilibrium ksp", "-equilibrium dense"])
 @pytest.mark.parametrize("seed", [200, 342])  # intact stiffness 0.042, 1.08 (60 digits)
 def test_soft_parts_are_not_taken_for_null_pivots(tmp_path, seed, solver):
     network = thinned_network(seed)
@@ -161,7 +161,7 @@ def test_soft_parts_are_not_taken_for_null_pivots(tmp_path, seed, solver):
     assert found["/breaks/bond"].tolist() == expected["/breaks/bond"].tolist()
 
 
-@pytest.mark.parametrize("solver", ["", "-equilibrium dense"])
+@pytest.mark.parametrize("solver", ["", "-equilibrium ksp", "-equilibrium dense"])
 @pytest.mark.parametrize("seed", [151, 180])  # intact stiffness 0 (60 digits)
 def test_rounding_is_not_taken_for_stiffness(tmp_path, seed, solver):
     """The paths between the grips are mechanisms: nothing carries load, and no strength is reported."""

@@ -56,14 +56,14 @@ def test_ksp_converged_reason_is_told_at_every_solve(tmp_path, solver):
 
 
 def test_views_of_the_solver_change_no_result(tmp_path):
-    plain = break_samples(tmp_path, "-lattice_size 5", "plain.h5")
-    line = "-lattice_size 5 -ksp_view -ksp_monitor -log_view -options_left -info :info.txt"
+    plain = break_samples(tmp_path, "-lattice_size 5 -equilibrium ksp", "plain.h5")
+    line = "-lattice_size 5 -equilibrium ksp -ksp_view -ksp_monitor -log_view -options_left -info :info.txt"
     assert_same(break_samples(tmp_path, line), plain)
 
 
 def test_log_view_shows_where_the_time_goes(tmp_path):
     """One event a phase; as many downdates and searches as breaks."""
-    output = succeed(tmp_path, "-lattice_size 6 -samples 2 -log_view").stdout
+    output = succeed(tmp_path, "-lattice_size 6 -samples 2 -equilibrium ksp -log_view").stdout
     breaks = int(datasets(tmp_path / OUTPUT)["/samples/n_f"].sum())
     phases = "assembly|factor|downdate|solve|search|output"
     events = dict(re.findall(rf"^(?:\S*_)?({phases}) +(\d+) ", output, re.M))

@@ -71,6 +71,7 @@ def test_other_row_spacings(tmp_path, grips, row_spacing):
 
 @pytest.mark.parametrize("solver", [
     "-equilibrium dense",
+    "-equilibrium ksp",
     "-ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type cholmod",
     "-ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type mumps",
     "-ksp_type cg -pc_type updown -pc_updown_rank 4",

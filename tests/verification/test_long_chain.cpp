@@ -15,6 +15,7 @@ namespace {
 constexpr double kBackwardError = 1e-14;  ///< measured: 3e-16 after 4673 downdates
 /// Force error of the downdated factor over that of a fresh one: both lose what K's condition takes.
 constexpr double kLoss = 10;
+constexpr double kTreeForceError = 1e-10;  ///< measured: 1e-12 at every 500th break, over the largest force
 
 /// Largest difference of a force, over the largest force.
 double force_error(const Network& network, const std::vector<std::uint8_t>& broken,
@@ -57,6 +58,33 @@ TEST(LongChain, ForcesAfterAllDowndatesOfSize128) {
               next.stiffness / equilibrium->intact_stiffness());
   EXPECT_LT(residual, kBackwardError);
   EXPECT_LT(error, kLoss * fresh_error);
+}
+
+TEST(LongChain, TreeAtEvery500thBreakOfSize128) {
+  const Network network = triangular({Model::spring, Grips::sliding, BreakOn::magnitude, 128});
+  PhaseTimes times;
+  const auto equilibrium = start(kTree, network, BreakOn::magnitude, times);
+  std::vector<double> threshold(network.lattice.bond.size());
+  draw_uniform_thresholds(1, 0, threshold);
+  equilibrium->reset(threshold);
+  std::vector<double> workspace(static_cast<std::size_t>(network.unknowns));
+  Critical next;
+  int checked = 0;
+  for (int k = 0; equilibrium->find_critical(next) == State::carrying; ++k) {
+    if (k % 500 == 0) {
+      const std::vector<double> u(equilibrium->displacements().begin(), equilibrium->displacements().end());
+      const double residual = backward_error(network, equilibrium->broken(), u, workspace);
+      const double error =
+          force_error(network, equilibrium->broken(), u, solve_afresh(network, equilibrium->broken(), 5));
+      std::printf("break %d: backward error %.2g, force error %.2g\n", k, residual, error);
+      EXPECT_LT(residual, kBackwardError);
+      EXPECT_LT(error, kTreeForceError);
+      ++checked;
+    }
+    equilibrium->remove(next.bond);
+  }
+  EXPECT_GE(checked, 9);
+  EXPECT_EQ(equilibrium->counts().refactors, 0);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "crackle/equilibrium_tree.hpp"
 #include "verification.hpp"
 
 namespace crackle::verification {
@@ -33,7 +34,7 @@ TEST_P(SameBonds, AsDense) {
     reference.push_back(break_whole(*dense, static_cast<std::uint64_t>(seed), seed));
     ASSERT_GT(reference.back().summary.n_f, setting.size);
   }
-  for (const Strategy& strategy : {kUpdown, kUpdownCg, kMumps, kCholmod}) {
+  for (const Strategy& strategy : {kTree, kUpdown, kUpdownCg, kMumps, kCholmod}) {
     const auto equilibrium = start(strategy, network, setting.break_on, times);
     for (int seed = 1; seed <= kSeeds; ++seed) {
       const Sequence sequence = break_whole(*equilibrium, static_cast<std::uint64_t>(seed), seed);
@@ -64,14 +65,42 @@ std::string setting_name(const testing::TestParamInfo<Setting>& info) {
 
 INSTANTIATE_TEST_SUITE_P(Lattices, SameBonds, testing::ValuesIn(settings()), setting_name);
 
-TEST(SameBondsLarge, UpdownAsMumpsAtSize64) {
+TEST(SameBondsLarge, TreeAndUpdownAsMumpsAtSize64) {
   for (const Model model : {Model::spring, Model::fuse}) {
     const Network network = triangular({model, Grips::sliding, BreakOn::magnitude, 64});
     PhaseTimes times;
     const auto updown = start(kUpdown, network, BreakOn::magnitude, times);
     const auto mumps = start(kMumps, network, BreakOn::magnitude, times);
-    expect_same(break_whole(*updown, 1, 0), break_whole(*mumps, 1, 0), "updown and mumps");
+    const auto tree = start(kTree, network, BreakOn::magnitude, times);
+    const Sequence reference = break_whole(*mumps, 1, 0);
+    expect_same(break_whole(*updown, 1, 0), reference, "updown and mumps");
+    expect_same(break_whole(*tree, 1, 0), reference, "tree and mumps");
     EXPECT_EQ(updown->counts().refactors, 0);
+  }
+}
+
+TEST(SameBondsLarge, TreeVerifiedAtEveryBreak) {
+  for (const Model model : {Model::spring, Model::fuse}) {
+    const Network network = triangular({model, Grips::sliding, BreakOn::magnitude, 32});
+    PhaseTimes times;
+    const auto tree = start(kTreeVerified, network, BreakOn::magnitude, times);
+    for (const int seed : {1, 2, 3}) (void)break_whole(*tree, static_cast<std::uint64_t>(seed), 0);
+    const TreeCounts counts = tree_counts(*tree);
+    EXPECT_GT(counts.checked, 900);
+    EXPECT_EQ(counts.differences, 0);
+  }
+}
+
+TEST(SameBondsLarge, TreeAsUpdownAtSize128) {
+  const Network network = triangular({Model::spring, Grips::sliding, BreakOn::magnitude, 128});
+  PhaseTimes times;
+  const auto tree = start(kTree, network, BreakOn::magnitude, times);
+  const auto updown = start(kUpdown, network, BreakOn::magnitude, times);
+  for (const int seed : {1, 2, 3}) {
+    const Sequence sequence = break_whole(*tree, static_cast<std::uint64_t>(seed), 0);
+    expect_same(sequence, break_whole(*updown, static_cast<std::uint64_t>(seed), 0),
+                "seed " + std::to_string(seed));
+    EXPECT_GT(sequence.summary.n_f, 4000);
   }
 }
 

@@ -22,6 +22,7 @@ std::unique_ptr<Equilibrium> start(const Strategy& strategy, const Network& netw
   EquilibriumOptions options;
   options.strategy = strategy.equilibrium;
   options.break_on = break_on;
+  options.verify = strategy.verify;
   auto equilibrium = make_equilibrium(network, options, times);
   petsc::check(PetscOptionsClear(nullptr));
   return equilibrium;

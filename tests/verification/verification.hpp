@@ -15,6 +15,7 @@ struct Strategy {
   const char* name;
   const char* equilibrium;
   const char* petsc_options;
+  bool verify = false;
 };
 
 inline constexpr Strategy kUpdown{"updown", "ksp", "-ksp_type preonly -pc_type updown"};
@@ -25,6 +26,8 @@ inline constexpr Strategy kMumps{
 inline constexpr Strategy kCholmod{
     "cholmod", "ksp",
     "-ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type cholmod -mat_cholmod_print 0"};
+inline constexpr Strategy kTree{"tree", "tree", ""};
+inline constexpr Strategy kTreeVerified{"tree, verified", "tree", "", true};
 inline constexpr Strategy kDense{"dense", "dense", ""};
 
 struct Setting {

@@ -1,10 +1,11 @@
 /// What surrounds the solver, and what refactoring costs: ratios of two things timed in turn in one run.
 ///
-///   OPENBLAS_NUM_THREADS=1 build/release/tests/benchmark/benchmark_updown --benchmark_repetitions=5
+///   OPENBLAS_NUM_THREADS=1 build/release/tests/benchmark/benchmark_strategies --benchmark_repetitions=5
 ///
 /// AgainstBare/L      seconds per break of `updown` (matrix, downdate, solve, check, search) over those of
 /// bare
 ///                    cholmod_updown + cholmod_solve2 (system A; DLt: no forward sweep) on the same breaks
+/// Tree/L/skipped/timed   seconds of `updown`, and of bare CHOLMOD with full solves, over those of `tree`
 /// Refactoring/...    seconds per break of a refactoring solver over those of `updown`
 /// StartUp            wall time of `crackle -lattice_size 8 -stop breaks=1`, a process of its own
 
@@ -13,6 +14,8 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -40,7 +43,9 @@ double since(Clock::time_point start) {
 std::unique_ptr<Equilibrium> start(const Network& network, const std::string& petsc_options,
                                    PhaseTimes& times) {
   petsc::check(PetscOptionsInsertString(nullptr, petsc_options.c_str()));
-  auto equilibrium = make_equilibrium(network, {}, times);
+  EquilibriumOptions options;
+  options.strategy = "ksp";
+  auto equilibrium = make_equilibrium(network, options, times);
   petsc::check(PetscOptionsClear(nullptr));
   std::vector<double> threshold(network.lattice.bond.size());
   draw_uniform_thresholds(1, 0, threshold);
@@ -171,6 +176,69 @@ void against_bare(benchmark::State& state) {
   state.counters["over_bare_DLt"] = ours / bare_half;
 }
 BENCHMARK(against_bare)->Name("AgainstBare")->Arg(64)->Arg(128)->UseManualTime()->Iterations(30);
+
+/// Breaks that are left out first, and then timed: whole samples (0: to the end) but at L = 256 and 512.
+struct Stretch {
+  int skipped = 0;
+  int timed = 0;
+};
+
+/// The tree, `updown`, and bare CHOLMOD with a full solve, on the same breaks, in turn. The last sums no forces.
+void tree_against(benchmark::State& state) {
+  constexpr int kChunk = 100;
+  const Stretch stretch{static_cast<int>(state.range(1)), static_cast<int>(state.range(2))};
+  const Network network = make_network(triangular_lattice(static_cast<int>(state.range(0)), 1), Model::spring,
+                                       Grips::sliding, {});
+  PhaseTimes times;
+  const auto tree = start(network, "", times, "tree");
+  const auto updown = start(network, "", times);
+  Bare bare(network);
+  std::array<double, 3> seconds{};
+  int breaks = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    for (bool going = true; going;) {
+      std::vector<BondId> bonds;
+      auto begin = Clock::now();
+      const int wanted =
+          stretch.timed == 0 ? kChunk : std::min(kChunk, stretch.skipped + stretch.timed - breaks);
+      for (int i = 0; i < wanted && going; ++i) {
+        bonds.push_back(break_once(*tree));
+        going = bonds.back() >= 0;
+      }
+      if (!going) bonds.pop_back();
+      const bool counts = breaks >= stretch.skipped;
+      const double mine = since(begin);
+      begin = Clock::now();
+      for (const BondId bond : bonds) {
+        if (counts && break_once(*updown) != bond) state.SkipWithError("another bond");
+        if (!counts) updown->remove(bond);
+      }
+      const double theirs = since(begin);
+      begin = Clock::now();
+      for (const BondId bond : bonds) {
+        if (counts) bare.solve(CHOLMOD_A);
+        bare.remove(bond);
+      }
+      breaks += static_cast<int>(bonds.size());
+      if (counts) seconds = {seconds[0] + mine, seconds[1] + theirs, seconds[2] + since(begin)};
+      going = going && (stretch.timed == 0 || breaks < stretch.skipped + stretch.timed);
+    }
+    state.SetIterationTime(seconds[0]);
+  }
+  state.counters["ms_per_break"] = 1e3 * seconds[0] / (breaks - stretch.skipped);
+  state.counters["updown_over_tree"] = seconds[1] / seconds[0];
+  state.counters["bare_A_over_tree"] = seconds[2] / seconds[0];
+}
+BENCHMARK(tree_against)
+    ->Name("Tree")
+    ->ArgNames({"L", "skipped", "timed"})
+    ->Args({32, 0, 0})
+    ->Args({64, 0, 0})
+    ->Args({128, 0, 0})
+    ->Args({256, 0, 500})
+    ->Args({256, 8300, 500})
+    ->UseManualTime()
+    ->Iterations(1);
 
 /// A refactoring solver and `updown` on the same breaks, in turn.
 void refactoring(benchmark::State& state, const char* petsc_options) {
