@@ -38,7 +38,7 @@ class EquilibriumTree final : public Equilibrium {
     counts_.factor_entries = tree_.factor_entries;
   }
 
-  State find_critical(Critical& next) override {
+  [[nodiscard]] State find_critical(Critical& next) override {
     if (head_ == batch_.verified().size() && state_ == State::carrying) advance();
     if (state_ == State::carrying) {
       const VerifiedBreak& found = batch_.verified()[head_];
@@ -53,19 +53,19 @@ class EquilibriumTree final : public Equilibrium {
     return state_;
   }
 
-  std::span<const double> displacements() override {
+  [[nodiscard]] std::span<const double> displacements() override {
     batch_.search().copy_state(shown_, displacement_);
     return displacement_;
   }
 
-  EquilibriumCounts counts() const override {
+  [[nodiscard]] EquilibriumCounts counts() const override {
     EquilibriumCounts counts = counts_;
     counts.factorizations = factor_.factorizations();
     counts.null_pivots = intact_null_pivots_;
     return counts;
   }
 
-  TreeCounts tree_counts() const {
+  [[nodiscard]] TreeCounts tree_counts() const {
     TreeCounts counts = tree_counts_;
     counts.batch = batch_.counts();
     counts.fronts = tree_.fronts();

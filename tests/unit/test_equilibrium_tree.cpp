@@ -46,8 +46,7 @@ TEST(EquilibriumTree, BreaksTheBondsThatDenseBreaks) {
     for (const test::NamedNetwork& named : test::triangular_networks(size)) {
       for (const BreakOn break_on : {BreakOn::magnitude, BreakOn::tension}) {
         for (const std::int64_t sample : {0, 1, 2}) {
-          SCOPED_TRACE(named.name + " " + std::to_string(size) + " sample " + std::to_string(sample) +
-                       (break_on == BreakOn::tension ? ", tension" : ""));
+          SCOPED_TRACE(named.name + " " + std::to_string(size) + " sample " + std::to_string(sample));
           expect_dense_breaks(named.network, test::uniform_thresholds(named.network, sample), break_on);
         }
       }
@@ -210,7 +209,6 @@ void expect_same_state(Equilibrium& tree, Equilibrium& dense, const Critical& ne
   const auto u = tree.displacements();
   const auto v = dense.displacements();
   EXPECT_LT(backward_error(network, tree.broken(), u, r), 1e-13);
-  EXPECT_NEAR(u.back() / v.back(), 1, 1e-9);
   for (const Dof slot : network.idle) EXPECT_EQ(u[slot], 0);
   for (BondId e = 0; e < network.bonds(); ++e) {
     if (tree.broken()[e] != 0) continue;
