@@ -20,7 +20,7 @@ using Position = std::int32_t;  ///< place of an unknown in the order of elimina
 
 struct Front {
   Position first = 0;            ///< its pivots are first .. first + pivots - 1
-  std::int32_t pivots = 0;       ///< p; 0: the region fell apart by itself
+  std::int32_t pivots = 0;       ///< p; 0: all slots of its nodes are idle
   std::int32_t boundary = 0;     ///< q
   FrontId parent = -1;           ///< -1: the plate's
   FrontId first_descendant = 0;  ///< its subtree is first_descendant .. itself

@@ -57,7 +57,7 @@ struct TreeKernels {
   /// out (rows x kLanes) = diag(weight) times the sum of y times coefficient over the parts.
   void (*combine)(const PanelPart* part, int parts, const double* weight, int rows, double* out);
 
-  /// sum += the rows (`count` of them, `stride` apart) times their weights. Works on `size` rounded up to a
+  /// sum += the rows (`count` of them, `stride` apart) times their weights. Works on `size` rounded up to at most a
   /// multiple of 2 kLanes.
   void (*add_rows)(const double* rows, std::ptrdiff_t stride, const double* weight, int count, double* sum,
                    int size);
