@@ -2,8 +2,7 @@
 ///
 /// K is factorized once, with the plate as its last unknown, and restored by a copy for every sample. Of the
 /// bonds nearest to breaking, their Gram matrix predicts who breaks next; one backward pass, no forward
-/// sweep, gives every force after each predicted break; what it confirms is handed out one by one. See
-/// DESIGN.md, section 6.
+/// sweep, gives every force after each predicted break; what it confirms is handed out one by one.
 #pragma once
 
 #include <memory>

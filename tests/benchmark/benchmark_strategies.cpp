@@ -61,7 +61,7 @@ BondId break_once(Equilibrium& equilibrium) {
   return next.bond;
 }
 
-/// CHOLMOD with nothing around it, set up as PLATFORM's users would: METIS, supernodal, then simplicial
+/// CHOLMOD with nothing around it, set up as its users would: METIS, supernodal, then simplicial
 /// LDL^T.
 class Bare {
  public:

@@ -13,7 +13,7 @@ FILE = "-lattice file -lattice_file network.h5"
 FROM_FILE = FILE + " -disorder file"
 GOOD = small_network()
 
-# What DESIGN refuses: the network, words of the message.
+# What is refused: the network, words of the message.
 BAD = {
     "node_too_large": (GOOD.but(nodes={4: [1, 6]}), ["node 6", "bond 4", "0 to 5"]),
     "node_far_too_large": (GOOD.but(nodes={4: [1, 2**31 - 1]}), ["bond 4", "0 to 5"]),
