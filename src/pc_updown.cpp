@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "crackle/matrix_rows.hpp"
 #include "crackle/petsc_handle.hpp"
 
 namespace crackle {
@@ -27,45 +28,13 @@ Updown& data(PC pc) {
   return *static_cast<Updown*>(pc->data);
 }
 
-/// K's arrays while it lives.
-class RowsView {
- public:
-  explicit RowsView(Mat K) : K_(K) {
-    PetscBool done = PETSC_FALSE;
-    PetscInt n = 0;
-    petsc::check(MatGetRowIJ(K, 0, PETSC_FALSE, PETSC_FALSE, &n, &start_, &column_, &done));
-    if (done == PETSC_FALSE) throw std::runtime_error("-pc_type updown needs a matrix of type seqaij");
-    petsc::check(MatSeqAIJGetArrayRead(K, &value_));
-  }
-  ~RowsView() {
-    PetscInt n = 0;
-    PetscBool done = PETSC_FALSE;
-    MatSeqAIJRestoreArrayRead(K_, &value_);
-    MatRestoreRowIJ(K_, 0, PETSC_FALSE, PETSC_FALSE, &n, &start_, &column_, &done);
-  }
-  RowsView(const RowsView&) = delete;
-  RowsView& operator=(const RowsView&) = delete;
-
-  [[nodiscard]] SymmetricRows rows() const {
-    PetscInt n = 0;
-    petsc::check(MatGetSize(K_, &n, nullptr));
-    return {n, start_, column_, value_};
-  }
-
- private:
-  Mat K_;
-  const PetscInt* start_ = nullptr;
-  const PetscInt* column_ = nullptr;
-  const PetscScalar* value_ = nullptr;
-};
-
 void note_state(PC pc) {
   petsc::check(PetscObjectStateGet(reinterpret_cast<PetscObject>(pc->pmat), &data(pc).state));
 }
 
 void factor_now(PC pc) {
   Updown& updown = data(pc);
-  const RowsView view(pc->pmat);
+  const MatrixRows view(pc->pmat);
   if (updown.factor == nullptr) {
     PetscInt block_size = 1;
     petsc::check(MatGetBlockSize(pc->pmat, &block_size));

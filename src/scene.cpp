@@ -198,15 +198,6 @@ EnsembleOptions read_ensemble(Reader& reader, bool one_sample) {
   return options;
 }
 
-}  // namespace
-
-const std::string& help_text() {
-  static const std::string text = format_help();
-  return text;
-}
-
-namespace {
-
 void read_strategy(Reader& reader, Scene& scene) {
   // who names a KSP or a PC, if only to view it, wants it used
   const bool named = reader.given("-equilibrium") || solver_options().empty();
@@ -217,6 +208,11 @@ void read_strategy(Reader& reader, Scene& scene) {
 }
 
 }  // namespace
+
+const std::string& help_text() {
+  static const std::string text = format_help();
+  return text;
+}
 
 Scene read_scene() {
   PetscMPIInt processes = 1;

@@ -25,6 +25,7 @@
 
 #include "crackle/disorder.hpp"
 #include "crackle/equilibrium.hpp"
+#include "crackle/matrix_rows.hpp"
 #include "crackle/network_matrix.hpp"
 #include "crackle/pc_updown.hpp"
 #include "crackle/petsc_handle.hpp"
@@ -74,19 +75,14 @@ class Bare {
     common_.final_asis = 0;
     common_.final_resymbol = 1;
     const NetworkMatrix matrix(network);
-    PetscInt n = 0;
-    const PetscInt* first = nullptr;
-    const PetscInt* column = nullptr;
-    const PetscScalar* value = nullptr;
-    PetscBool done = PETSC_FALSE;
-    petsc::check(MatGetRowIJ(matrix.get(), 0, PETSC_FALSE, PETSC_FALSE, &n, &first, &column, &done));
-    petsc::check(MatSeqAIJGetArrayRead(matrix.get(), &value));
+    const MatrixRows view(matrix.get());
+    const auto [n, first, column, value] = view.rows();
     cholmod_sparse K{};
     K.nrow = K.ncol = static_cast<std::size_t>(n);
     K.nzmax = static_cast<std::size_t>(first[n]);
-    K.p = const_cast<PetscInt*>(first);
-    K.i = const_cast<PetscInt*>(column);
-    K.x = const_cast<PetscScalar*>(value);
+    K.p = const_cast<int*>(first);
+    K.i = const_cast<int*>(column);
+    K.x = const_cast<double*>(value);
     K.stype = 1;
     K.itype = CHOLMOD_INT;
     K.xtype = CHOLMOD_REAL;

@@ -4,6 +4,7 @@
 
 #include "crackle/cholmod_factor.hpp"
 #include "crackle/disorder.hpp"
+#include "crackle/matrix_rows.hpp"
 #include "crackle/network_matrix.hpp"
 #include "crackle/observe_breaks.hpp"
 #include "crackle/pc_updown.hpp"
@@ -69,17 +70,11 @@ std::vector<double> solve_afresh(const Network& network, const std::vector<std::
     if (broken[e] != 0) gone.push_back(e);
   }
   matrix.update(gone, broken);
-  PetscInt n = 0;
-  const PetscInt* start = nullptr;
-  const PetscInt* column = nullptr;
-  const PetscScalar* value = nullptr;
-  PetscBool done = PETSC_FALSE;
-  petsc::check(MatGetRowIJ(matrix.get(), 0, PETSC_FALSE, PETSC_FALSE, &n, &start, &column, &done));
-  petsc::check(MatSeqAIJGetArrayRead(matrix.get(), &value));
-  const SymmetricRows rows{n, start, column, value};
+  const MatrixRows view(matrix.get());
+  const SymmetricRows rows = view.rows();
   CholmodFactor factor(rows, network.components);
   EXPECT_TRUE(factor.factor(rows));
-  std::vector<double> load(static_cast<std::size_t>(n), 0.0);
+  std::vector<double> load(static_cast<std::size_t>(rows.n), 0.0);
   std::vector<double> u(load.size());
   load.back() = 1;
   factor.solve(load, u);
@@ -87,8 +82,6 @@ std::vector<double> solve_afresh(const Network& network, const std::vector<std::
     factor.solve(precise_residual(network, broken, u), step);
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += step[i];
   }
-  petsc::check(MatSeqAIJRestoreArrayRead(matrix.get(), &value));
-  petsc::check(MatRestoreRowIJ(matrix.get(), 0, PETSC_FALSE, PETSC_FALSE, &n, &start, &column, &done));
   return u;
 }
 
