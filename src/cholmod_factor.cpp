@@ -252,11 +252,12 @@ double CholmodFactor::downdate(std::span<const RankOne> w) {
   return std::isnan(slack) ? 0 : slack;
 }
 
-void CholmodFactor::solve(std::span<const double> b, std::span<double> x) {
+void CholmodFactor::solve(std::span<const double> b, std::span<double> x, bool both_sweeps) {
   auto* load = static_cast<double*>(load_->x);
   const std::size_t n = b.size();
   for (std::size_t i = 0; i < n; ++i) load[position_[i]] = b[i];
-  const bool plate_only = std::all_of(load, load + n - 1, [](double entry) { return entry == 0; });
+  const auto is_zero = [](double entry) { return entry == 0; };
+  const bool plate_only = !both_sweeps && std::all_of(load, load + n - 1, is_zero);
   const int system = plate_only ? CHOLMOD_DLt : CHOLMOD_LDLt;
   cholmod_solve2(system, factor_, load_, nullptr, &x_, nullptr, &y_, &e_, &common_);
   const auto* solution = static_cast<const double*>(x_->x);

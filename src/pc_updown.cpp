@@ -17,10 +17,11 @@ constexpr const char* kType = "updown";
 
 struct Updown {
   std::unique_ptr<CholmodFactor> factor;
-  std::vector<RankOne> queue;   ///< breaks that K has and the factor has not
-  PetscInt rank = 1;            ///< how many of them start a downdate
-  PetscObjectState state = -1;  ///< of K, when factor and queue matched it
-  bool definite = false;        ///< the factor can be used
+  std::vector<RankOne> queue;           ///< breaks that K has and the factor has not
+  PetscInt rank = 1;                    ///< how many of them start a downdate
+  PetscBool both_sweeps = PETSC_FALSE;  ///< also where the forward sweep would find nothing but zeros
+  PetscObjectState state = -1;          ///< of K, when factor and queue matched it
+  bool definite = false;                ///< the factor can be used
   PcUpdownCounts counts;
 };
 
@@ -78,7 +79,7 @@ PetscErrorCode apply(PC pc, Vec b, Vec x) {
     petsc::check(VecGetArrayRead(b, &load));
     petsc::check(VecGetArrayWrite(x, &solution));
     const auto size = static_cast<std::size_t>(n);
-    data(pc).factor->solve({load, size}, {solution, size});
+    data(pc).factor->solve({load, size}, {solution, size}, data(pc).both_sweeps == PETSC_TRUE);
     petsc::check(VecRestoreArrayWrite(x, &solution));
     petsc::check(VecRestoreArrayRead(b, &load));
   });
@@ -88,6 +89,9 @@ PetscErrorCode set_from_options(PC pc, PetscOptionItems* PetscOptionsObject) {
   PetscOptionsHeadBegin(PetscOptionsObject, "Options of -pc_type updown");
   PetscCall(PetscOptionsBoundedInt("-pc_updown_rank", "Breaks that one downdate takes", "", data(pc).rank,
                                    &data(pc).rank, nullptr, 1));
+  PetscCall(PetscOptionsBool("-pc_updown_both_sweeps",
+                             "Forward sweep even where the load is the plate's alone", "",
+                             data(pc).both_sweeps, &data(pc).both_sweeps, nullptr));
   PetscOptionsHeadEnd();
   return 0;
 }

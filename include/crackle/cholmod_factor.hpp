@@ -57,8 +57,9 @@ class CholmodFactor {
   /// inaccurate as the slack is small.
   [[nodiscard]] double downdate(std::span<const RankOne> w);
 
-  /// x = K^-1 b (size n each). With a load on the last block only, the forward sweep is left out.
-  void solve(std::span<const double> b, std::span<double> x);
+  /// x = K^-1 b (size n each). With a load on the last unknown only, the forward sweep is left out, unless
+  /// `both_sweeps` asks for it: the result is the same.
+  void solve(std::span<const double> b, std::span<double> x, bool both_sweeps = false);
 
   /// Copies the factor as it is now, to be had again by `restore`, as fast as memory goes.
   void keep();
