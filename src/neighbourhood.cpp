@@ -20,8 +20,9 @@ Neighbourhood::Neighbourhood(const Network& network)
   }
 }
 
-void Neighbourhood::find(BondId e, int hops, std::vector<BondId>& near) {
-  const std::size_t first = near.size();
+void Neighbourhood::find(BondId e, int hops, std::vector<BondId>& near, std::vector<std::size_t>& ring) {
+  near.clear();
+  ring.clear();
   node_.assign(network_.lattice.bond[e].begin(), network_.lattice.bond[e].end());
   for (const NodeId node : node_) seen_node_[node] = 1;
   std::size_t begin = 0;
@@ -38,9 +39,10 @@ void Neighbourhood::find(BondId e, int hops, std::vector<BondId>& near) {
         }
       }
     }
+    ring.push_back(near.size());
   }
   for (const NodeId node : node_) seen_node_[node] = 0;
-  for (std::size_t i = first; i < near.size(); ++i) seen_bond_[near[i]] = 0;
+  for (const BondId bond : near) seen_bond_[bond] = 0;
 }
 
 }  // namespace crackle

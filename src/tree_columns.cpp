@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 namespace crackle {
 
@@ -15,15 +16,22 @@ TreeColumns::TreeColumns(const SeparatorTree& tree, const TreeBonds& bonds, cons
       gram_(static_cast<std::size_t>(kMost) * kMost),
       work_(scratch),
       spread_(static_cast<std::size_t>(kMost) * kLanes),
-      on_path_(tree.fronts(), 0) {
-  for (Panel& panel : panel_) panel.offset.assign(tree.fronts(), -1);
+      on_path_(tree.fronts(), 0),
+      panels_at_(tree.fronts(), 0) {
+  std::int32_t tallest = 0;
+  for (const Front& front : tree.front) tallest = std::max(tallest, front.stride);
+  column_.resize(tallest);
+  for (Panel& panel : panel_) panel.place.resize(tree.fronts());
   bond_.reserve(kMost);
   sorted_.reserve(kMost);
 }
 
 void TreeColumns::clear() {
   for (int p = 0; p < panels_; ++p) {
-    for (const FrontId f : panel_[p].path) panel_[p].offset[f] = -1;
+    for (const FrontId f : panel_[p].path) {
+      panel_[p].place[f] = {};
+      panels_at_[f] = 0;
+    }
   }
   panels_ = 0;
   bond_.clear();
@@ -42,6 +50,7 @@ int TreeColumns::add(std::span<const BondId> chosen) {
     bond_.insert(bond_.end(), sorted_.begin() + done, sorted_.begin() + done + count);
     bond_.resize(static_cast<std::size_t>(panels_ + 1) * kLanes, -1);
     solve(panel_[panels_], std::span(sorted_).subspan(done, count));
+    for (const FrontId f : panel_[panels_].path) panels_at_[f] |= std::uint32_t{1} << panels_;
     for (int p = 0; p <= panels_; ++p) multiply(p, panels_);
     ++panels_;
   }
@@ -68,35 +77,52 @@ void TreeColumns::solve(Panel& panel, std::span<const BondId> bonds) {
   for (std::size_t i = 0; i < panel.path.size(); ++i) {
     const FrontId f = panel.path[i];
     const Front& front = tree_.front[f];
+    // Bonds come in the order of their owners, and a subtree is contiguous: so are the lanes that reach it.
+    const auto owner = [this](BondId e) { return bonds_.owner[e]; };
+    const auto begin = std::ranges::lower_bound(bonds, front.first_descendant, {}, owner) - bonds.begin();
+    const auto end = std::ranges::upper_bound(bonds, f, {}, owner) - bonds.begin();
+    panel.place[f] = {next, static_cast<std::int16_t>(begin), static_cast<std::int16_t>(end)};
     double* pivots = work_.data() + static_cast<std::size_t>(front.first) * kLanes;
-    kernels_.forward(factor_.block(f, panel.path[std::min(i + 1, panel.path.size() - 1)]), pivots,
-                     work_.data());
+    const FrontBlock block = factor_.block(f, panel.path[std::min(i + 1, panel.path.size() - 1)]);
+    if (end - begin == 1) {
+      kernels_.forward_one(block, pivots + begin, work_.data() + begin, column_.data());
+    } else {
+      kernels_.forward(block, pivots, work_.data(), static_cast<int>(begin), static_cast<int>(end));
+    }
     std::copy_n(pivots, front.pivots * kLanes, panel.rows.data() + static_cast<std::size_t>(next) * kLanes);
     std::fill_n(pivots, front.pivots * kLanes, 0.0);
     entries_read_ += front.entries();
-    panel.offset[f] = next;
     next += front.pivots;
   }
 }
 
-/// The block of G between two panels, and its transpose.
+/// The block of G between two panels, and its transpose. On each front the panel with fewer lanes goes first.
 void TreeColumns::multiply(int a, int b) {
-  double* block =
-      gram_.data() + static_cast<std::size_t>(a) * kLanes * kMost + static_cast<std::size_t>(b) * kLanes;
-  for (int i = 0; i < kLanes; ++i) std::fill_n(block + static_cast<std::size_t>(i) * kMost, kLanes, 0.0);
+  alignas(AlignedAllocator<double>::kCacheLine) std::array<double, kLanes * kLanes> by_left{};
+  alignas(AlignedAllocator<double>::kCacheLine) std::array<double, kLanes * kLanes> by_right{};
   const Panel& left = panel_[a];
   const Panel& right = panel_[b];
   for (const FrontId f : right.path) {
-    if (left.offset[f] < 0) continue;
-    kernels_.gram(left.rows.data() + static_cast<std::size_t>(left.offset[f]) * kLanes,
-                  right.rows.data() + static_cast<std::size_t>(right.offset[f]) * kLanes,
-                  factor_.inverse_pivots(f), tree_.front[f].pivots, block, kMost);
+    const Place& at_left = left.place[f];
+    const Place& at_right = right.place[f];
+    if (at_left.offset < 0) continue;
+    const double* rows_left = left.rows.data() + static_cast<std::size_t>(at_left.offset) * kLanes;
+    const double* rows_right = right.rows.data() + static_cast<std::size_t>(at_right.offset) * kLanes;
+    const double* weight = factor_.inverse_pivots(f);
+    const int pivots = tree_.front[f].pivots;
+    if (at_left.lanes() <= at_right.lanes()) {
+      kernels_.gram(rows_left + at_left.begin, at_left.lanes(), rows_right, weight, pivots,
+                    by_left.data() + at_left.begin * kLanes, kLanes);
+    } else {
+      kernels_.gram(rows_right + at_right.begin, at_right.lanes(), rows_left, weight, pivots,
+                    by_right.data() + at_right.begin * kLanes, kLanes);
+    }
   }
-  if (a == b) return;
   for (int i = 0; i < kLanes; ++i) {
     for (int j = 0; j < kLanes; ++j) {
-      gram_[static_cast<std::size_t>(b * kLanes + j) * kMost + a * kLanes + i] =
-          block[static_cast<std::size_t>(i) * kMost + j];
+      const double sum = by_left[i * kLanes + j] + by_right[j * kLanes + i];
+      gram_[static_cast<std::size_t>(a * kLanes + i) * kMost + b * kLanes + j] = sum;
+      gram_[static_cast<std::size_t>(b * kLanes + j) * kMost + a * kLanes + i] = sum;
     }
   }
 }
@@ -104,40 +130,58 @@ void TreeColumns::multiply(int a, int b) {
 double TreeColumns::stretch(int i) const {
   const Panel& panel = panel_[i / kLanes];
   const FrontId plate = tree_.fronts() - 1;
-  return panel.rows[static_cast<std::size_t>(panel.offset[plate]) * kLanes + i % kLanes] *
+  return panel.rows[static_cast<std::size_t>(panel.place[plate].offset) * kLanes + i % kLanes] *
          *factor_.inverse_pivots(plate);
+}
+
+/// Sorts the columns that take part, and their coefficients, by panel and lane.
+void TreeColumns::spread(std::span<const int> columns, const double* coefficient) {
+  std::array<std::int16_t, kMost> place;
+  place.fill(-1);
+  for (std::size_t i = 0; i < columns.size(); ++i) place[columns[i]] = static_cast<std::int16_t>(i);
+  std::int32_t used = 0;
+  for (int p = 0; p < panels_; ++p) {
+    used_start_[p] = used;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const std::int16_t i = place[p * kLanes + lane];
+      if (i < 0) continue;
+      used_lane_[used] = lane;
+      std::copy_n(coefficient + static_cast<std::size_t>(i) * kLanes, kLanes,
+                  spread_.data() + static_cast<std::size_t>(used) * kLanes);
+      ++used;
+    }
+  }
+  used_start_[panels_] = used;
 }
 
 void TreeColumns::combine(std::span<const int> columns, const double* coefficient, double* x,
                           std::vector<FrontId>& fronts) {
-  std::array<bool, kMost / kLanes> used{};
-  std::ranges::fill(spread_, 0.0);
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    used[columns[i] / kLanes] = true;
-    std::copy_n(coefficient + i * kLanes, kLanes,
-                spread_.data() + static_cast<std::size_t>(columns[i]) * kLanes);
+  spread(columns, coefficient);
+  std::uint32_t used = 0;
+  for (int p = 0; p < panels_; ++p) {
+    if (used_start_[p] < used_start_[p + 1]) used |= std::uint32_t{1} << p;
   }
   const FrontId plate = tree_.fronts() - 1;
-  fronts.assign(1, plate);
-  on_path_[plate] = 1;
-  for (int p = 0; p < panels_; ++p) {
-    if (!used[p]) continue;
-    for (const FrontId f : panel_[p].path) {
-      if (on_path_[f] == 0) fronts.push_back(f);
-      on_path_[f] = 1;
-    }
-  }
-  std::ranges::sort(fronts);
+  fronts.clear();
   std::array<PanelPart, kMost / kLanes> part;
-  for (const FrontId f : fronts) {
-    on_path_[f] = 0;
+  for (FrontId f = 0; f <= plate; ++f) {
+    std::uint32_t panels = panels_at_[f] & used;
+    if (panels == 0 && f < plate) continue;
     int parts = 0;
-    for (int p = 0; p < panels_; ++p) {
-      const std::int32_t offset = panel_[p].offset[f];
-      if (!used[p] || offset < 0) continue;
-      part[parts++] = {panel_[p].rows.data() + static_cast<std::size_t>(offset) * kLanes,
-                       spread_.data() + static_cast<std::size_t>(p) * kLanes * kLanes};
+    for (; panels != 0; panels &= panels - 1) {
+      const int p = std::countr_zero(panels);
+      const Place& place = panel_[p].place[f];
+      std::int32_t first = used_start_[p];
+      std::int32_t last = used_start_[p + 1];
+      while (first < last && used_lane_[first] < place.begin) ++first;
+      while (first < last && used_lane_[last - 1] >= place.end) --last;
+      if (first == last) continue;
+      part[parts++] = {panel_[p].rows.data() + static_cast<std::size_t>(place.offset) * kLanes,
+                       used_lane_.data() + first, spread_.data() + static_cast<std::size_t>(first) * kLanes,
+                       last - first};
     }
+    if (parts == 0 && f < plate) continue;
+    fronts.push_back(f);
     kernels_.combine(part.data(), parts, factor_.inverse_pivots(f), tree_.front[f].pivots,
                      x + static_cast<std::size_t>(tree_.front[f].first) * kLanes);
   }

@@ -6,205 +6,46 @@
 /// linker might keep those.
 #pragma once
 
-#include "crackle/tree_kernels.hpp"
+#include "tree_kernels_solve.hpp"
 
 namespace crackle {
 
-/// Isa::Vec: its vector of doubles, unaligned and free to alias the doubles it is read from.
-/// Isa::Mask: a vector of as many 64-bit integers, what comparing two of them gives.
-/// Isa::kRows: rows of right-hand sides that stay in registers together, two vectors each.
 template <class Isa>
-struct KernelBody {
-  using Vec = typename Isa::Vec;
-  using Mask = typename Isa::Mask;
-  static constexpr int kRows = Isa::kRows;
-  static constexpr int kVec = sizeof(Vec) / sizeof(double);
-  static constexpr int kChunk = 2 * kVec;  // lanes held in registers at a time: kRows x 2 accumulators
-
-  static constexpr int kAhead = 8;  // doubles in a cache line
-
-  static const Vec& at(const double* p) { return *reinterpret_cast<const Vec*>(p); }
-  static Vec& at(double* p) { return *reinterpret_cast<Vec*>(p); }
+struct KernelBody : SolveBody<Isa> {
+  using Base = SolveBody<Isa>;
+  using Base::at;
+  using Base::kChunk;
+  using Base::kRows;
+  using Base::kVec;
+  using typename Base::Mask;
+  using typename Base::Vec;
 
   template <int R>
-  struct Tile {
-    Vec sum[R][2];
-
-    void load(const double* x) {
-      for (int r = 0; r < R; ++r) {
-        sum[r][0] = at(x + r * kLanes);
-        sum[r][1] = at(x + r * kLanes + kVec);
-      }
-    }
-    void store(double* x) const {
-      for (int r = 0; r < R; ++r) {
-        at(x + r * kLanes) = sum[r][0];
-        at(x + r * kLanes + kVec) = sum[r][1];
-      }
-    }
-    /// sum[r] -= a[r * step] * x
-    void subtract(const double* a, std::ptrdiff_t step, const double* x) {
-      const Vec x0 = at(x);
-      const Vec x1 = at(x + kVec);
-      for (int r = 0; r < R; ++r) {
-        const double factor = a[r * step];
-        sum[r][0] -= factor * x0;
-        sum[r][1] -= factor * x1;
-      }
-    }
-  };
-
-  /// Pivots k .. k + R - 1 of all lanes: L is unit lower, so row k + r takes rows k + r + 1 .. of L^T.
-  template <int R>
-  static void backward_tile(const FrontBlock& front, int k, double* pivots, const double* x) {
-    const double* column = front.entries + k * front.stride;
+  static void gram_rows(const double* a, const double* b, const double* weight, int rows, double* g,
+                        std::ptrdiff_t ldg) {
     for (int lane = 0; lane < kLanes; lane += kChunk) {
-      Tile<R> tile;
-      double* own = pivots + k * kLanes + lane;
-      tile.load(own);
-      const double* below = column + front.pivots;
-      // Columns are used from the last to the first, and so are fronts: the next tile lies just before this
-      // one.
-      const double* ahead = column - R * front.stride;
-      for (int i = 0; i < front.boundary; ++i, ahead += kAhead) {
-        __builtin_prefetch(ahead);
-        tile.subtract(below + i, front.stride, x + static_cast<std::ptrdiff_t>(front.row[i]) * kLanes + lane);
-      }
-      for (int i = k + R; i < front.pivots; ++i, ahead += kAhead) {
-        __builtin_prefetch(ahead);
-        tile.subtract(column + i, front.stride, pivots + i * kLanes + lane);
-      }
-      for (; ahead < column; ahead += 8) __builtin_prefetch(ahead);
-      for (int i = R - 1; i > 0; --i) {
-        for (int r = 0; r < i; ++r) {
-          const double factor = column[k + i + r * front.stride];
-          tile.sum[r][0] -= factor * tile.sum[i][0];
-          tile.sum[r][1] -= factor * tile.sum[i][1];
+      Vec sum[R][2] = {};
+      for (int k = 0; k < rows; ++k) {
+        const Vec b0 = weight[k] * at(b + k * kLanes + lane);
+        const Vec b1 = weight[k] * at(b + k * kLanes + lane + kVec);
+        for (int r = 0; r < R; ++r) {
+          sum[r][0] += a[k * kLanes + r] * b0;
+          sum[r][1] += a[k * kLanes + r] * b1;
         }
       }
-      tile.store(own);
-    }
-  }
-
-  static void backward(const FrontBlock& front, double* pivots, const double* x) {
-    int k = front.pivots;
-    for (; k >= kRows; k -= kRows) backward_tile<kRows>(front, k - kRows, pivots, x);
-    if constexpr (kRows > 4) {
-      for (; k >= 4; k -= 4) backward_tile<4>(front, k - 4, pivots, x);
-    }
-    for (; k >= 2; k -= 2) backward_tile<2>(front, k - 2, pivots, x);
-    if (k == 1) backward_tile<1>(front, 0, pivots, x);
-  }
-
-  /// Asks for one more cache line of the front that comes next. About as many tiles' steps as it has lines.
-  static void look_ahead(const double*& ahead, const double* end) {
-    __builtin_prefetch(ahead);
-    ahead += ahead < end ? kAhead : 0;
-  }
-
-  template <int R>
-  static void forward_pivots(const FrontBlock& front, int k, double* pivots, const double*& ahead) {
-    for (int lane = 0; lane < kLanes; lane += kChunk) {
-      Tile<R> tile;
-      double* own = pivots + k * kLanes + lane;
-      tile.load(own);
-      const double* a = front.entries + k;
-      for (int i = 0; i < k; ++i, a += front.stride) {
-        __builtin_prefetch(a + R);
-        look_ahead(ahead, front.ahead_end);
-        tile.subtract(a, 1, pivots + i * kLanes + lane);
-      }
-      for (int i = 0; i + 1 < R; ++i) {
-        const double* column = front.entries + k + (k + i) * front.stride;
-        for (int r = i + 1; r < R; ++r) {
-          tile.sum[r][0] -= column[r] * tile.sum[i][0];
-          tile.sum[r][1] -= column[r] * tile.sum[i][1];
-        }
-      }
-      tile.store(own);
-    }
-  }
-
-  template <int R>
-  static void forward_boundary(const FrontBlock& front, int i, const double* pivots, double* x,
-                               const double*& ahead) {
-    for (int lane = 0; lane < kLanes; lane += kChunk) {
-      Tile<R> tile;
       for (int r = 0; r < R; ++r) {
-        const double* own = x + static_cast<std::ptrdiff_t>(front.row[i + r]) * kLanes + lane;
-        tile.sum[r][0] = at(own);
-        tile.sum[r][1] = at(own + kVec);
-      }
-      const double* a = front.entries + front.pivots + i;
-      for (int k = 0; k < front.pivots; ++k, a += front.stride) {
-        __builtin_prefetch(a + R);
-        look_ahead(ahead, front.ahead_end);
-        tile.subtract(a, 1, pivots + k * kLanes + lane);
-      }
-      for (int r = 0; r < R; ++r) {
-        double* own = x + static_cast<std::ptrdiff_t>(front.row[i + r]) * kLanes + lane;
-        at(own) = tile.sum[r][0];
-        at(own + kVec) = tile.sum[r][1];
+        at(g + r * ldg + lane) += sum[r][0];
+        at(g + r * ldg + lane + kVec) += sum[r][1];
       }
     }
   }
 
-  static void forward(const FrontBlock& front, double* pivots, double* x) {
-    const double* ahead = front.ahead;
-    int k = 0;
-    for (; k + kRows <= front.pivots; k += kRows) forward_pivots<kRows>(front, k, pivots, ahead);
-    for (; k + 2 <= front.pivots; k += 2) forward_pivots<2>(front, k, pivots, ahead);
-    if (k < front.pivots) forward_pivots<1>(front, k, pivots, ahead);
-    int i = 0;
-    for (; i + kRows <= front.boundary; i += kRows) forward_boundary<kRows>(front, i, pivots, x, ahead);
-    for (; i + 2 <= front.boundary; i += 2) forward_boundary<2>(front, i, pivots, x, ahead);
-    if (i < front.boundary) forward_boundary<1>(front, i, pivots, x, ahead);
-  }
-
-  static void gram(const double* a, const double* b, const double* weight, int rows, double* g,
+  static void gram(const double* a, int lanes, const double* b, const double* weight, int rows, double* g,
                    std::ptrdiff_t ldg) {
-    for (int top = 0; top < kLanes; top += kRows) {
-      for (int lane = 0; lane < kLanes; lane += kChunk) {
-        Vec sum[kRows][2] = {};
-        for (int k = 0; k < rows; ++k) {
-          const Vec b0 = weight[k] * at(b + k * kLanes + lane);
-          const Vec b1 = weight[k] * at(b + k * kLanes + lane + kVec);
-          const double* left = a + k * kLanes + top;
-          for (int r = 0; r < kRows; ++r) {
-            sum[r][0] += left[r] * b0;
-            sum[r][1] += left[r] * b1;
-          }
-        }
-        for (int r = 0; r < kRows; ++r) {
-          at(g + (top + r) * ldg + lane) += sum[r][0];
-          at(g + (top + r) * ldg + lane + kVec) += sum[r][1];
-        }
-      }
-    }
-  }
-
-  template <int R>
-  static void combine_rows(const PanelPart* part, int parts, const double* weight, int k, double* out) {
-    for (int lane = 0; lane < kLanes; lane += kChunk) {
-      Tile<R> tile{};
-      for (int p = 0; p < parts; ++p) {
-        const double* y = part[p].rows + k * kLanes;
-        for (int c = 0; c < kLanes; ++c)
-          tile.subtract(y + c, kLanes, part[p].coefficient + c * kLanes + lane);
-      }
-      for (int r = 0; r < R; ++r) {
-        tile.sum[r][0] *= -weight[k + r];
-        tile.sum[r][1] *= -weight[k + r];
-      }
-      tile.store(out + k * kLanes + lane);
-    }
-  }
-
-  static void combine(const PanelPart* part, int parts, const double* weight, int rows, double* out) {
-    int k = 0;
-    for (; k + kRows <= rows; k += kRows) combine_rows<kRows>(part, parts, weight, k, out);
-    for (; k + 2 <= rows; k += 2) combine_rows<2>(part, parts, weight, k, out);
-    if (k < rows) combine_rows<1>(part, parts, weight, k, out);
+    int top = 0;
+    for (; top + kRows <= lanes; top += kRows) gram_rows<kRows>(a + top, b, weight, rows, g + top * ldg, ldg);
+    for (; top + 2 <= lanes; top += 2) gram_rows<2>(a + top, b, weight, rows, g + top * ldg, ldg);
+    if (top < lanes) gram_rows<1>(a + top, b, weight, rows, g + top * ldg, ldg);
   }
 
   static void add_rows(const double* rows, std::ptrdiff_t stride, const double* weight, int count,
@@ -217,6 +58,34 @@ struct KernelBody {
         for (int p = 0; p < kParts; ++p) part[p] += weight[h] * at(rows + h * stride + i + p * kVec);
       }
       for (int p = 0; p < kParts; ++p) at(sum + i + p * kVec) = part[p];
+    }
+  }
+
+  static Vec magnitude_of(Vec v) {
+    constexpr long long kNoSign = 0x7fffffffffffffffLL;
+    return (Vec)((Mask)v & (kNoSign - Mask{}));
+  }
+
+  static double products(const double* a, const double* b, int size, bool magnitude, double* product) {
+    Vec most{};
+    for (int i = 0; i < size; i += kVec) {
+      Vec p = at(a + i) * at(b + i);
+      if (magnitude) p = magnitude_of(p);
+      at(product + i) = p;
+      most = p > most ? p : most;
+    }
+    double largest = 0;
+    for (int i = 0; i < kVec; ++i) largest = most[i] > largest ? most[i] : largest;
+    return largest;
+  }
+
+  static void ratios(const BondForce& bond, const double* x, const double* least, double* ratio) {
+    for (int lane = 0; lane < kLanes; lane += kVec) {
+      Vec size{};
+      for (int i = 0; i < bond.width; ++i)
+        size += bond.value[i] * at(x + static_cast<std::ptrdiff_t>(bond.row[i]) * kLanes + lane);
+      if (bond.magnitude) size = magnitude_of(size);
+      at(ratio + lane) = size > at(least + lane) ? bond.stiffness * size / bond.threshold : Vec{};
     }
   }
 
@@ -317,7 +186,6 @@ struct KernelBody {
   template <int Width, bool Magnitude>
   static unsigned long long find_some(const BondBlock& bonds, int first, int count, const double* x,
                                       const double* cut) {
-    constexpr long long kNoSign = 0x7fffffffffffffffLL;
     const Position* row = bonds.row + first * Width;
     const double* value = bonds.value + first * Width;
     Mask hit{};
@@ -330,7 +198,7 @@ struct KernelBody {
         for (int i = 1; i < Width; ++i) {
           force += value[i] * at(x + static_cast<std::ptrdiff_t>(row[i]) * kLanes + lane);
         }
-        if constexpr (Magnitude) force = (Vec)((Mask)force & (kNoSign - Mask{}));
+        if constexpr (Magnitude) force = magnitude_of(force);
         hit |= (force > limit * at(cut + lane)) & mark;
       }
     }
@@ -358,7 +226,8 @@ struct KernelBody {
   }
 
   static constexpr TreeKernels table(const char* name) {
-    return {name, forward, backward, gram, combine, add_rows, downdate, find_any<true>, find_any<false>};
+    return {name,   Base::forward, Base::forward_one, Base::backward, gram, Base::combine, add_rows, products,
+            ratios, downdate,      find_any<true>,    find_any<false>};
   }
 };
 

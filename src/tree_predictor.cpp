@@ -10,13 +10,21 @@ TreePredictor::TreePredictor(const Network& network, const TreeKernels& kernels,
       kernels_(kernels),
       magnitude_(break_on == BreakOn::magnitude),
       step_(static_cast<std::size_t>(kMostWaiting + kMostStates + 1) * TreeColumns::kMost),
+      weight_(static_cast<std::size_t>(kMostWaiting + kMostStates) * (kMostWaiting + kMostStates)),
       certain_(TreeColumns::kMost),
       stretch_(TreeColumns::kMost),
-      per_stretch_(TreeColumns::kMost) {}
+      per_stretch_(TreeColumns::kMost),
+      ratio_(TreeColumns::kMost) {}
 
 void TreePredictor::clear() {
   waiting_ = 0;
   followed_ = 0;
+}
+
+/// Of break i's own bond: needs no column but those of the earlier breaks.
+void TreePredictor::find_weights(int i) {
+  double* weight = weight_.data() + static_cast<std::size_t>(i) * (kMostWaiting + kMostStates);
+  for (int h = 0; h < i; ++h) weight[h] = step(h)[column_[i]] / slack_[h];
 }
 
 /// g^T K_i^-1 g_j over columns begin .. end - 1, j the i-th to break and K_i without those before it: the
@@ -25,9 +33,8 @@ void TreePredictor::compute_step(const TreeColumns& columns, int i, int begin, i
   const int j = column_[i];
   double* own = step(i);
   std::copy(columns.gram(j) + begin, columns.gram(j) + end, own + begin);
-  std::array<double, kMostWaiting + kMostStates> weight{};
-  for (int h = 0; h < i; ++h) weight[h] = step(h)[j] / slack_[h];
-  kernels_.add_rows(step(0) + begin, TreeColumns::kMost, weight.data(), i, own + begin, end - begin);
+  const double* weight = weight_.data() + static_cast<std::size_t>(i) * (kMostWaiting + kMostStates);
+  kernels_.add_rows(step(0) + begin, TreeColumns::kMost, weight, i, own + begin, end - begin);
 }
 
 /// Brings columns added since the last call up to the waiting breaks.
@@ -46,6 +53,7 @@ bool TreePredictor::commit(const TreeColumns& columns, int column) {
   if (waiting_ == kMostWaiting) return false;
   follow(columns);
   column_[waiting_] = column;
+  find_weights(waiting_);
   compute_step(columns, waiting_, 0, followed_);
   const double* own = step(waiting_);
   slack_[waiting_] = 1 - own[column];
@@ -56,15 +64,12 @@ bool TreePredictor::commit(const TreeColumns& columns, int column) {
   return true;
 }
 
-int TreePredictor::largest(const TreeColumns& columns, double& ratio) const {
+/// The bond that would break: the largest ratio, the lowest BondId among equals; -1: none carries anything.
+int TreePredictor::largest(const TreeColumns& columns, double& ratio) {
+  ratio = kernels_.products(per_stretch_.data(), stretch_.data(), columns.size(), magnitude_, ratio_.data());
   int best = -1;
-  ratio = 0;
-  for (int i = 0; i < columns.size(); ++i) {
-    const double r = per_stretch_[i] * (magnitude_ ? std::abs(stretch_[i]) : stretch_[i]);
-    if (!(r > 0) || r < ratio) continue;
-    if (r == ratio && columns.bond(i) > columns.bond(best)) continue;
-    ratio = r;
-    best = i;
+  for (int i = 0; ratio > 0 && i < columns.size(); ++i) {
+    if (ratio_[i] == ratio && (best < 0 || columns.bond(i) < columns.bond(best))) best = i;
   }
   return best;
 }
@@ -91,6 +96,7 @@ void TreePredictor::predict(const TreeColumns& columns, std::span<const double> 
     prediction.bond[s] = columns.bond(j);
     prediction.states = s + 1;
     if (s + 1 == most) break;
+    find_weights(at);
     compute_step(columns, at, 0, followed_);
     const double* own = step(at);
     slack_[at] = 1 - own[j];

@@ -63,6 +63,7 @@ void TreeSearch::run(std::span<const std::vector<FrontId>> fronts, const double*
     std::sort(mine, candidates.end());
     candidates.erase(std::unique(mine, candidates.end()), candidates.end());
   }
+  for (int s = 0; s < static_cast<int>(fronts.size()) * kLanes; ++s) least_[s] = kNoElongation * plate(s);
 }
 
 void TreeSearch::copy_state(int state, std::span<double> u) const {
@@ -82,20 +83,11 @@ double TreeSearch::ratio(BondId e, int state) const {
 }
 
 void TreeSearch::ratios(BondId e, int groups, double* ratio) const {
-  const double t = threshold_[e];
-  const auto rows = bonds_.rows(e);
-  const auto values = network_.bond_values(e);
-  for (int g = 0; g < groups; ++g, ratio += kLanes) {
-    std::array<double, kLanes> elongation{};
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double* x = x_[g].data() + static_cast<std::size_t>(rows[i]) * kLanes;
-      for (int s = 0; s < kLanes; ++s) elongation[s] += values[i] * x[s];
-    }
-    for (int s = 0; s < kLanes; ++s) {
-      const double size = magnitude_ ? std::abs(elongation[s]) : elongation[s];
-      const bool stretched = size > kNoElongation * plate(g * kLanes + s);
-      ratio[s] = stretched ? network_.stiffness[e] * size / t : 0;
-    }
+  const BondForce bond{bonds_.rows(e).data(), network_.bond_values(e).data(),
+                       network_.stiffness[e], threshold_[e],
+                       bonds_.width,          magnitude_};
+  for (int g = 0; g < groups; ++g) {
+    kernels_.ratios(bond, x_[g].data(), least_.data() + g * kLanes, ratio + g * kLanes);
   }
 }
 

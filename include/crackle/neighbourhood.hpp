@@ -11,8 +11,9 @@ class Neighbourhood {
  public:
   explicit Neighbourhood(const Network& network);
 
-  /// Appends the bonds that touch a node at most `hops` hops from either end of `e`, `e` included.
-  void find(BondId e, int hops, std::vector<BondId>& near);
+  /// The bonds that touch a node at most `hops` hops from either end of `e`, `e` included, the nearer first:
+  /// ring[h] of them need h hops or fewer. Both are replaced.
+  void find(BondId e, int hops, std::vector<BondId>& near, std::vector<std::size_t>& ring);
 
  private:
   const Network& network_;

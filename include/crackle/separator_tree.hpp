@@ -1,6 +1,6 @@
 /// Nested dissection of a network: in which order its unknowns are eliminated, and which blocks that fills.
 ///
-/// A front owns a separator (or a leaf cluster of nodes): p pivots, eliminated together, and q boundary
+/// A front owns a separator (or a leaf cluster): p pivots, eliminated together, and q boundary
 /// unknowns that belong to its ancestors. Fronts are in postorder: children before parents, a subtree
 /// contiguous. The last front owns the plate alone. Unknowns are renumbered by position of elimination, idle
 /// ones left out. Sources: A. George, SIAM J. Numer. Anal. 10 (1973) 345; G. Karypis & V. Kumar, SIAM J. Sci.
@@ -20,7 +20,7 @@ using Position = std::int32_t;  ///< place of an unknown in the order of elimina
 
 struct Front {
   Position first = 0;            ///< its pivots are first .. first + pivots - 1
-  std::int32_t pivots = 0;       ///< p; 0: all slots of its nodes are idle
+  std::int32_t pivots = 0;       ///< p
   std::int32_t boundary = 0;     ///< q
   FrontId parent = -1;           ///< -1: the plate's
   FrontId first_descendant = 0;  ///< its subtree is first_descendant .. itself
@@ -60,10 +60,10 @@ enum class Dissection : std::uint8_t {
   metis,        ///< METIS_ComputeVertexSeparator: any graph
 };
 
-/// Nodes in a region that is not cut any more. Small: more levels; large: more fill.
-inline constexpr int kLeafNodes = 10;
+/// Unknowns in a region that is not cut any more. Small: more levels; large: more fill.
+inline constexpr int kLeafUnknowns = 16;
 
 [[nodiscard]] SeparatorTree make_separator_tree(const Network& network, Dissection dissection,
-                                                int leaf_nodes = kLeafNodes);
+                                                int leaf_unknowns = kLeafUnknowns);
 
 }  // namespace crackle

@@ -78,7 +78,7 @@ class TreeBatch {
   void extend();
   void fill_panel(std::size_t rank);
   void take(BondId e);
-  void take_near(BondId e);
+  void take_near(BondId e, double force);
   void add_columns();
   void solve();
   [[nodiscard]] BatchResult verify(double least_stiffness);
@@ -104,6 +104,7 @@ class TreeBatch {
   std::vector<std::uint8_t> in_set_;  // [M] 1: has a column, or is in list_
   std::vector<BondId> list_;          // columns to be added
   std::vector<BondId> near_;          // workspace of take_near
+  std::vector<std::size_t> ring_;     // the same
   std::vector<VerifiedBreak> verified_;
   std::vector<BondId> candidate_;  // bonds whose ratio came within keep_ of the predicted largest one
   std::vector<double> ratio_;      // [candidates * states in whole groups]
@@ -115,6 +116,7 @@ class TreeBatch {
   bool blind_ = false;     // the next pass looks at every bond
   int last_state_ = 0;     // the last one that is certain
   double last_ratio_ = 0;  // its largest ratio
+  double last_force_ = 0;  // and the force of the bond that broke in it
   BatchCounts counts_;
 };
 

@@ -4,6 +4,7 @@
 /// the path from its bond to the root: kLanes columns make a panel that keeps the union of their paths only.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,7 +18,7 @@ namespace crackle {
 
 class TreeColumns {
  public:
-  static constexpr int kMost = 20 * kLanes;  ///< columns there is room for
+  static constexpr int kMost = 20 * kLanes;  ///< columns there is room for; at most 32 panels
 
   /// All arguments must outlive this; scratch: see TreeFactor.
   TreeColumns(const SeparatorTree& tree, const TreeBonds& bonds, const TreeFactor& factor,
@@ -43,20 +44,29 @@ class TreeColumns {
   [[nodiscard]] double stretch(int i) const;
 
   /// Right-hand side of a backward pass with all lanes: D^-1 L^-1 (e_plate + sum_i g_i coefficient[i][lane]),
-  /// where i runs over `columns`. Writes x (positions x kLanes) on the fronts of these columns' panels and on
+  /// where i runs over `columns`. Writes x (positions x kLanes) on the fronts that these columns reach and on
   /// the plate's, listed in `fronts` (ascending); it is zero elsewhere.
   void combine(std::span<const int> columns, const double* coefficient, double* x,
                std::vector<FrontId>& fronts);
 
  private:
+  /// A front on a panel's path.
+  struct Place {
+    std::int32_t offset = -1;  // first row of its pivots in Panel::rows; -1: not on the path
+    std::int16_t begin = 0;    // lanes whose bonds lie below it; zero in all others
+    std::int16_t end = 0;
+
+    [[nodiscard]] int lanes() const { return end - begin; }
+  };
   struct Panel {
     std::vector<FrontId> path;
-    std::vector<std::int32_t> offset;  // [fronts] first row of its pivots in `rows`; -1: not on the path
-    AlignedVector rows;                // kLanes wide
+    std::vector<Place> place;  // [fronts]
+    AlignedVector rows;        // kLanes wide
   };
 
   void solve(Panel& panel, std::span<const BondId> bonds);
   void multiply(int a, int b);
+  void spread(std::span<const int> columns, const double* coefficient);
 
   const SeparatorTree& tree_;
   const TreeBonds& bonds_;
@@ -70,8 +80,14 @@ class TreeColumns {
   AlignedVector gram_;      // kMost x kMost
   std::span<double> work_;  // the scratch
   std::vector<BondId> sorted_;
-  AlignedVector spread_;  // [kMost * kLanes] coefficients by column, 0 for those left out
-  std::vector<std::uint8_t> on_path_;
+  AlignedVector column_;  // [tallest front] workspace of the kernels
+  // Of a combination, by panel and lane:
+  std::array<std::int32_t, kMost / kLanes + 1>
+      used_start_{};                             // [panels + 1] where each panel's columns start
+  std::array<std::int32_t, kMost> used_lane_{};  // [columns that take part]
+  AlignedVector spread_;                         // and their coefficients, kLanes each
+  std::vector<std::uint8_t> on_path_;            // [fronts] workspace of solve
+  std::vector<std::uint32_t> panels_at_;         // [fronts] bit p: panel p passes through it
 };
 
 }  // namespace crackle

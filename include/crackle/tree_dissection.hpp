@@ -1,7 +1,8 @@
-/// Cuts a network's node graph into regions and separators, recursively.
+/// Cuts a network's graph of unknowns into regions and separators, recursively.
 ///
-/// The graph's vertices are the blocks of `components` unknowns that a network numbers together; the plate's
-/// block is not among them.
+/// The plate is not among the vertices, idle unknowns have no neighbours and are in no region. A node's
+/// components are vertices of their own: a horizontal spring couples only the x components of its nodes, so a
+/// vertical separator of the triangular lattice needs three unknowns every two rows, not four.
 #pragma once
 
 #include <cstdint>
@@ -13,32 +14,31 @@
 
 namespace crackle {
 
-using BlockId = std::int32_t;
-
-/// Which blocks share a bond, in compressed rows; every row ascending, without the block itself.
-struct BlockGraph {
-  std::vector<std::int32_t> start;  ///< [blocks + 1]
-  std::vector<BlockId> neighbour;
-  std::vector<Vector2> position;       ///< [blocks] of the block's node
-  std::vector<std::uint8_t> on_plate;  ///< [blocks] 1: a bond joins it to the plate
+/// Which unknowns share a bond, in compressed rows; every row ascending, without the unknown itself.
+struct UnknownGraph {
+  std::vector<std::int32_t> start;  ///< [unknowns + 1]
+  std::vector<Dof> neighbour;
+  std::vector<Vector2> position;       ///< [unknowns] of the node
+  std::vector<std::uint8_t> on_plate;  ///< [unknowns] 1: a bond joins it to the plate
   double period_x = 0;
 
-  [[nodiscard]] BlockId blocks() const { return static_cast<BlockId>(position.size()); }
-  [[nodiscard]] std::span<const BlockId> neighbours(BlockId b) const {
-    return {neighbour.data() + start[b], static_cast<std::size_t>(start[b + 1] - start[b])};
+  [[nodiscard]] Dof unknowns() const { return static_cast<Dof>(position.size()); }
+  [[nodiscard]] std::span<const Dof> neighbours(Dof i) const {
+    return {neighbour.data() + start[i], static_cast<std::size_t>(start[i + 1] - start[i])};
   }
 };
 
 /// The graph of the bonds that can stretch.
-[[nodiscard]] BlockGraph make_block_graph(const Network& network);
+[[nodiscard]] UnknownGraph make_unknown_graph(const Network& network);
 
-/// A node of the dissection: the blocks it eliminates and the roots of what it separates.
+/// A node of the dissection: the unknowns it eliminates and the roots of what it separates.
 struct Cut {
-  std::vector<BlockId> separator;      ///< or a whole leaf cluster
+  std::vector<Dof> separator;          ///< or a whole leaf cluster
   std::vector<std::int32_t> children;  ///< numbers of earlier cuts
 };
 
-/// All cuts in postorder. A last one without a separator gathers the roots.
-[[nodiscard]] std::vector<Cut> dissect(const BlockGraph& graph, Dissection dissection, int leaf_blocks);
+/// All cuts in postorder, of all unknowns but those in `idle` (ascending). A last one without a separator gathers the roots.
+[[nodiscard]] std::vector<Cut> dissect(const UnknownGraph& graph, std::span<const Dof> idle,
+                                       Dissection dissection, int leaf_unknowns);
 
 }  // namespace crackle

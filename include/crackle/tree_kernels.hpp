@@ -35,23 +35,40 @@ struct BondBlock {
   int width = 0;  ///< 2 or 4
 };
 
+/// A bond whose force is looked at in kLanes states.
+struct BondForce {
+  const Position* row = nullptr;  ///< [width] positions; an unused one has value 0
+  const double* value = nullptr;  ///< [width] b
+  double stiffness = 0;
+  double threshold = 0;
+  int width = 0;
+  bool magnitude = true;  ///< of the elongation; otherwise compression is no force
+};
+
 /// One panel's share in a linear combination of columns.
 struct PanelPart {
   const double* rows = nullptr;         ///< rows x kLanes
-  const double* coefficient = nullptr;  ///< kLanes x kLanes: a row for each column of the panel
+  const std::int32_t* lane = nullptr;   ///< [columns] which of the panel's columns take part
+  const double* coefficient = nullptr;  ///< columns x kLanes
+  int columns = 0;
 };
 
 struct TreeKernels {
   const char* name;
 
-  /// x (rows of kLanes) becomes L^-1 x over this front: pivots solved, boundary rows updated.
-  void (*forward)(const FrontBlock& front, double* pivots, double* x);
+  /// x (rows of kLanes) becomes L^-1 x over this front: pivots solved, boundary rows updated. In lanes begin ..
+  /// end - 1; the others must be zero, and stay so.
+  void (*forward)(const FrontBlock& front, double* pivots, double* x, int begin, int end);
+
+  /// The same in one lane, the one that pivots and x point to. column: workspace [stride].
+  void (*forward_one)(const FrontBlock& front, double* pivots, double* x, double* column);
 
   /// The pivots' rows become L^-T of themselves, boundary rows of x given.
   void (*backward)(const FrontBlock& front, double* pivots, const double* x);
 
-  /// g (kLanes x kLanes, row stride ldg) += sum over `rows` rows of a^T diag(weight) b.
-  void (*gram)(const double* a, const double* b, const double* weight, int rows, double* g,
+  /// g (lanes x kLanes, row stride ldg) += sum over `rows` rows of a^T diag(weight) b, a's first `lanes` columns.
+  /// Rows of a and b are kLanes apart.
+  void (*gram)(const double* a, int lanes, const double* b, const double* weight, int rows, double* g,
                std::ptrdiff_t ldg);
 
   /// out (rows x kLanes) = diag(weight) times the sum of y times coefficient over the parts.
@@ -61,6 +78,14 @@ struct TreeKernels {
   /// multiple of 2 kLanes.
   void (*add_rows)(const double* rows, std::ptrdiff_t stride, const double* weight, int count, double* sum,
                    int size);
+
+  /// product[i] = a[i] b[i] (magnitude: |a[i] b[i]|) for i < size, a multiple of kLanes. Returns the largest, 0 if none is
+  /// above; NaN counts as nothing.
+  double (*products)(const double* a, const double* b, int size, bool magnitude, double* product);
+
+  /// ratio[lane] = stiffness |value . x| / threshold for one bond (`bonds` is not used), 0 where |value . x| is not
+  /// above least[lane]; without magnitude: value . x.
+  void (*ratios)(const BondForce& bond, const double* x, const double* least, double* ratio);
 
   /// L D L^T -= w w^T for each of `count` vectors w (columns of `stride` doubles over the front's p + q rows,
   /// zero-padded like the block). diagonal and inverse: [p], D and 1/D, 0 in `inverse` for a pinned pivot.

@@ -60,8 +60,9 @@ class TreePredictor {
     return step_.data() + static_cast<std::size_t>(i) * TreeColumns::kMost;
   }
   void follow(const TreeColumns& columns);
+  void find_weights(int i);
   void compute_step(const TreeColumns& columns, int i, int begin, int end);
-  [[nodiscard]] int largest(const TreeColumns& columns, double& ratio) const;
+  [[nodiscard]] int largest(const TreeColumns& columns, double& ratio);
 
   const Network& network_;
   const TreeKernels& kernels_;
@@ -71,10 +72,12 @@ class TreePredictor {
   std::array<int, kMostWaiting + kMostStates> column_{};     // [breaks] in order
   std::array<double, kMostWaiting + kMostStates> slack_{};   // [breaks] 1 - g^T K_i^-1 g of each
   std::array<double, kMostWaiting + kMostStates> factor_{};  // [breaks] g . u before the break, over slack
-  AlignedVector step_;               // [breaks * kMost] column of K_i^-1 of each break, within the set
-  std::vector<double> certain_;      // [columns] g . u after the waiting breaks
-  std::vector<double> stretch_;      // [columns] and after the predicted ones so far
-  std::vector<double> per_stretch_;  // [columns] sqrt(k) / threshold; 0: broken or no bond
+  AlignedVector step_;         // [breaks * kMost] column of K_i^-1 of each break, within the set
+  AlignedVector weight_;       // [breaks * breaks] row i: what each earlier break adds to step i
+  AlignedVector certain_;      // [columns] g . u after the waiting breaks
+  AlignedVector stretch_;      // [columns] and after the predicted ones so far
+  AlignedVector per_stretch_;  // [columns] sqrt(k) / threshold; 0: broken or no bond
+  AlignedVector ratio_;        // [columns] workspace of largest
 };
 
 }  // namespace crackle

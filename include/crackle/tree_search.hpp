@@ -63,7 +63,8 @@ class TreeSearch {
   std::array<AlignedVector, kMostGroups> x_;  // [positions * kLanes] each; empty: group not used
   std::span<const double> threshold_;         // [M] the caller's
   std::vector<double> limit_;  // [stretchable] threshold over sqrt(k), in the order of TreeBonds::by_owner
-  std::vector<std::int32_t> found_;  // workspace of run
+  std::vector<std::int32_t> found_;          // workspace of run
+  std::array<double, kMostStates> least_{};  // elongation that is none, by state
 };
 
 }  // namespace crackle

@@ -78,6 +78,16 @@ double difference(const AlignedVector& a, const AlignedVector& b) {
   return largest;
 }
 
+constexpr std::array<std::pair<int, int>, 6> kWindows{{{0, 1}, {3, 5}, {0, 8}, {8, 16}, {9, 15}, {6, 11}}};
+
+AlignedVector only_lanes(AlignedVector x, int begin, int end) {
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const int lane = static_cast<int>(i % kLanes);
+    if (lane < begin || lane >= end) x[i] = 0;
+  }
+  return x;
+}
+
 TEST(TreeKernels, SolveForwardAndBackwardLikeAPlainLoop) {
   for_each_size([](const TreeKernels& kernels, int p, int q) {
     Case made(p, q);
@@ -100,9 +110,19 @@ TEST(TreeKernels, SolveForwardAndBackwardLikeAPlainLoop) {
       if (ahead) block.ahead = made.entries.data();
       if (ahead) block.ahead_end = made.entries.data() + made.entries.size();
       x = made.x;
-      kernels.forward(block, x.data(), x.data());
+      kernels.forward(block, x.data(), x.data(), 0, kLanes);
       EXPECT_LT(difference(x, forward), 1e-13) << "forward";
     }
+    for (const auto& [begin, end] : kWindows) {
+      x = only_lanes(made.x, begin, end);
+      kernels.forward(block, x.data(), x.data(), begin, end);
+      EXPECT_LT(difference(x, only_lanes(forward, begin, end)), 1e-13) << begin << " to " << end;
+    }
+    AlignedVector column(block.stride, kNothing);
+    x = made.x;
+    for (int lane = 0; lane < kLanes; ++lane)
+      kernels.forward_one(block, x.data() + lane, x.data() + lane, column.data());
+    EXPECT_LT(difference(x, forward), 1e-13) << "lane by lane";
   });
 }
 
@@ -114,32 +134,80 @@ TEST(TreeKernels, MultiplyPanelsLikeAPlainLoop) {
     const AlignedVector weight = values(rows, 23);
     AlignedVector g = values(static_cast<std::size_t>(kWide) * kLanes, 24);
     AlignedVector expected = g;
-    kernels.gram(a.data(), b.data(), weight.data(), rows, g.data() + kLanes, kWide);
-    for (int k = 0; k < rows; ++k) {
-      for (int i = 0; i < kLanes; ++i) {
-        for (int j = 0; j < kLanes; ++j)
-          expected[i * kWide + kLanes + j] += a[k * kLanes + i] * weight[k] * b[k * kLanes + j];
+    for (const int lanes : {1, 2, 5, 8, kLanes}) {
+      const int first = kLanes - lanes;
+      kernels.gram(a.data() + first, lanes, b.data(), weight.data(), rows, g.data() + kLanes, kWide);
+      for (int k = 0; k < rows; ++k) {
+        for (int i = 0; i < lanes; ++i) {
+          for (int j = 0; j < kLanes; ++j)
+            expected[i * kWide + kLanes + j] += a[k * kLanes + first + i] * weight[k] * b[k * kLanes + j];
+        }
       }
+      EXPECT_LT(difference(g, expected), 1e-13) << "gram, " << lanes << " lanes";
     }
-    EXPECT_LT(difference(g, expected), 1e-13) << "gram";
 
     const AlignedVector y = values(static_cast<std::size_t>(rows + parts) * kLanes, 25);
     const AlignedVector coefficient = values(static_cast<std::size_t>(parts + kLanes) * kLanes, 26);
     std::vector<PanelPart> part;
-    for (int i = 0; i < parts; ++i) part.push_back({y.data() + i * kLanes, coefficient.data() + i * kLanes});
+    constexpr std::array<std::int32_t, 4> kLane{1, 2, 9, 15};
+    for (int i = 0; i < parts; ++i)
+      part.push_back(
+          {y.data() + i * kLanes, kLane.data() + i % 3, coefficient.data() + i * kLanes, i % 3 % 2 + 1});
     AlignedVector out(static_cast<std::size_t>(rows) * kLanes, kNothing);
     kernels.combine(part.data(), parts, weight.data(), rows, out.data());
     expected.assign(out.size(), 0.0);
     for (int k = 0; k < rows; ++k) {
       for (const PanelPart& some : part) {
-        for (int i = 0; i < kLanes * kLanes; ++i) {
+        for (int i = 0; i < some.columns * kLanes; ++i) {
           expected[k * kLanes + i % kLanes] +=
-              weight[k] * some.rows[k * kLanes + i / kLanes] * some.coefficient[i];
+              weight[k] * some.rows[k * kLanes + some.lane[i / kLanes]] * some.coefficient[i];
         }
       }
     }
     EXPECT_LT(difference(out, expected), 1e-13) << "combine";
   });
+}
+
+TEST(TreeKernels, FindTheLargestProduct) {
+  for (const TreeKernels* kernels : tree_kernels()) {
+    SCOPED_TRACE(kernels->name);
+    AlignedVector a = values(3 * kLanes, 51);
+    const AlignedVector b = values(3 * kLanes, 52);
+    a[5] = kNothing;
+    AlignedVector product(a.size());
+    for (const bool magnitude : {false, true}) {
+      double largest = 0;
+      for (std::size_t i = 0; i < a.size(); ++i)
+        largest = std::max(largest, magnitude ? std::abs(a[i] * b[i]) : a[i] * b[i]);
+      const int size = static_cast<int>(a.size());
+      EXPECT_EQ(kernels->products(a.data(), b.data(), size, magnitude, product.data()), largest);
+      EXPECT_EQ(std::ranges::count(product, largest), 1);
+      EXPECT_EQ(kernels->products(a.data(), b.data(), 0, magnitude, product.data()), 0);
+    }
+  }
+}
+
+TEST(TreeKernels, CompareABondsForceWithItsThreshold) {
+  const AlignedVector x = values(6 * kLanes, 53);
+  const AlignedVector value = values(4, 54, 4);
+  const std::vector<Position> row{5, 0, 2, 3};
+  const AlignedVector least(kLanes, 0.2);
+  for (const TreeKernels* kernels : tree_kernels()) {
+    for (const int width : {2, 4}) {
+      for (const bool magnitude : {false, true}) {
+        SCOPED_TRACE(std::string(kernels->name) + " " + std::to_string(width));
+        AlignedVector ratio(kLanes, kNothing);
+        kernels->ratios({row.data(), value.data(), 3.0, 0.5, width, magnitude}, x.data(), least.data(),
+                        ratio.data());
+        for (int lane = 0; lane < kLanes; ++lane) {
+          double size = 0;
+          for (int i = 0; i < width; ++i) size += value[i] * x[row[i] * kLanes + lane];
+          if (magnitude) size = std::abs(size);
+          EXPECT_NEAR(ratio[lane], size > 0.2 ? 6 * size : 0, 1e-14) << lane;
+        }
+      }
+    }
+  }
 }
 
 TEST(TreeKernels, AddRowsLikeAPlainLoop) {
