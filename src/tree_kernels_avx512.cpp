@@ -1,3 +1,5 @@
+#include <immintrin.h>
+
 #include "tree_kernels_body.hpp"
 
 namespace crackle {
@@ -7,7 +9,10 @@ namespace {
 struct Isa {
   typedef double Vec __attribute__((vector_size(64), aligned(8), may_alias));
   typedef long long Mask __attribute__((vector_size(64)));
+  static constexpr int kMostRows = 12;
   static constexpr int kRows = 8;
+
+  static bool above(Vec a, Vec b) { return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_GT_OQ) != 0; }
 };
 
 }  // namespace

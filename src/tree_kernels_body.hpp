@@ -182,39 +182,24 @@ struct KernelBody : SolveBody<Isa> {
     if (k < front.pivots) downdate_columns<1>(front, entries, k, diagonal, inverse, w, count, slack);
   }
 
-  /// Up to 64 bonds: bit e of the result tells whether bond e's force exceeds its limit in some lane.
   template <int Width, bool Magnitude>
-  static unsigned long long find_some(const BondBlock& bonds, int first, int count, const double* x,
-                                      const double* cut) {
-    const Position* row = bonds.row + first * Width;
-    const double* value = bonds.value + first * Width;
-    Mask hit{};
-    unsigned long long bit = 1;
-    for (int e = 0; e < count; ++e, row += Width, value += Width, bit <<= 1) {
-      const Mask mark = static_cast<long long>(bit) - Mask{};
-      const double limit = bonds.limit[first + e];
+  static int find(const BondBlock& bonds, const double* x, const double* cut, std::int32_t* found) {
+    const Position* row = bonds.row;
+    const double* value = bonds.value;
+    int count = 0;
+    for (int e = 0; e < bonds.bonds; ++e, row += Width, value += Width) {
+      const double limit = bonds.limit[e];
+      bool above = false;
       for (int lane = 0; lane < kLanes; lane += kVec) {
         Vec force = value[0] * at(x + static_cast<std::ptrdiff_t>(row[0]) * kLanes + lane);
         for (int i = 1; i < Width; ++i) {
           force += value[i] * at(x + static_cast<std::ptrdiff_t>(row[i]) * kLanes + lane);
         }
         if constexpr (Magnitude) force = magnitude_of(force);
-        hit |= (force > limit * at(cut + lane)) & mark;
+        above |= Isa::above(force, limit * at(cut + lane));
       }
-    }
-    unsigned long long any = 0;
-    for (int i = 0; i < kVec; ++i) any |= static_cast<unsigned long long>(hit[i]);
-    return any;
-  }
-
-  template <int Width, bool Magnitude>
-  static int find(const BondBlock& bonds, const double* x, const double* cut, std::int32_t* found) {
-    constexpr int kBits = 64;
-    int count = 0;
-    for (int first = 0; first < bonds.bonds; first += kBits) {
-      const int some = bonds.bonds - first < kBits ? bonds.bonds - first : kBits;
-      unsigned long long hit = find_some<Width, Magnitude>(bonds, first, some, x, cut);
-      for (; hit != 0; hit &= hit - 1) found[count++] = first + __builtin_ctzll(hit);
+      found[count] = e;
+      count += above ? 1 : 0;
     }
     return count;
   }

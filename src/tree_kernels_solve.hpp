@@ -7,12 +7,15 @@ namespace crackle {
 
 /// Isa::Vec: its vector of doubles, unaligned and free to alias the doubles it is read from.
 /// Isa::Mask: a vector of as many 64-bit integers, what comparing two of them gives.
-/// Isa::kRows: rows of right-hand sides that stay in registers together, two vectors each.
+/// Isa::above(a, b): a > b anywhere.
+/// Isa::kRows: rows of right-hand sides that stay in registers together, two vectors each; kMostRows: where that
+/// makes an end.
 template <class Isa>
 struct SolveBody {
   using Vec = typename Isa::Vec;
   using Mask = typename Isa::Mask;
   static constexpr int kRows = Isa::kRows;
+  static constexpr int kMostRows = Isa::kMostRows;
   static constexpr int kVec = sizeof(Vec) / sizeof(double);
   static constexpr int kChunk = 2 * kVec;  // lanes held in registers at a time: kRows x 2 accumulators
 
@@ -81,14 +84,26 @@ struct SolveBody {
     }
   }
 
-  static void backward(const FrontBlock& front, double* pivots, const double* x) {
-    int k = front.pivots;
-    for (; k >= kRows; k -= kRows) backward_tile<kRows>(front, k - kRows, pivots, x);
-    if constexpr (kRows > 4) {
-      for (; k >= 4; k -= 4) backward_tile<4>(front, k - 4, pivots, x);
+  template <int R>
+  struct Rows {
+    static constexpr int value = R;
+  };
+
+  /// act(Rows<rows>{}) for rows in 1 .. Most: a tile of exactly that many.
+  template <int Most, class Act>
+  static void with_rows(int rows, Act act) {
+    if constexpr (Most > 1) {
+      if (rows < Most) return with_rows<Most - 1>(rows, act);
     }
-    for (; k >= 2; k -= 2) backward_tile<2>(front, k - 2, pivots, x);
-    if (k == 1) backward_tile<1>(front, 0, pivots, x);
+    act(Rows<Most>{});
+  }
+
+  static void backward(const FrontBlock& front, double* pivots, const double* x) {
+    for (int k = front.pivots; k > 0;) {
+      const int rows = k <= kMostRows ? k : kRows;
+      k -= rows;
+      with_rows<kMostRows>(rows, [&](auto r) { backward_tile<decltype(r)::value>(front, k, pivots, x); });
+    }
   }
 
   /// Asks for one more cache line of the front that comes next. About as many tiles' steps as it has lines.

@@ -103,6 +103,32 @@ TEST(EquilibriumTree, FollowsThresholdsOverThirtyDecades) {
   expect_dense_breaks_with([](double t) { return std::pow(10, 15 - 30 * t); });
 }
 
+/// Balanced bridges side by side: their middle fuses carry rounding, which over a minute threshold is the largest
+/// ratio by far. What is predicted from that must not keep a pass from looking at every bond.
+TEST(EquilibriumTree, IsNotMisledByRoundingOverMinuteThresholds) {
+  constexpr NodeId kBridges = 40;
+  constexpr NodeId kTop = 1 + 2 * kBridges;
+  test::Bonds bonds;
+  std::vector<double> stiffness;
+  Thresholds threshold;
+  for (NodeId i = 0; i < kBridges; ++i) {
+    const NodeId left = 1 + 2 * i;
+    bonds.insert(bonds.end(), {{0, left}, {0, left + 1}, {left, left + 1}, {left, kTop}, {left + 1, kTop}});
+    const double a = 0.1 + 0.07 * i;
+    stiffness.insert(stiffness.end(), {a, 0.3 * a, 0.7, 1.1 * a, 0.33 * a});
+    for (const double t : {1.0, 1.3, 1e-30, 1.1, 1.7}) threshold.push_back(t * (1 + 0.013 * i));
+  }
+  const Network network = test::fuses_between(kTop + 1, bonds, stiffness);
+  expect_dense_breaks(network, threshold);
+  PhaseTimes times;
+  const auto equilibrium = make_equilibrium_tree(network, {}, times, {.verify = true});
+  test::break_record(*equilibrium, threshold);
+  const TreeCounts counts = tree_counts(*equilibrium);
+  EXPECT_GT(counts.batch.repeated, 0) << "no rounding was taken for a force";
+  EXPECT_GT(counts.checked, 2 * kBridges);
+  EXPECT_EQ(counts.differences, 0);
+}
+
 TEST(EquilibriumTree, NeverBreaksABondOfInfiniteStrength) {
   expect_dense_breaks_with([](double t) { return t < 0.3 ? kNever : t; });
   for (const test::NamedNetwork& named : test::triangular_networks(4)) {
