@@ -28,7 +28,7 @@ constexpr double kWiden = 1.5;  // how much faster candidates are collected when
 constexpr double kWidest = 0.01;
 
 // A factor that is larger than caches usually are is read for two groups of states at a time.
-constexpr std::int64_t kEntriesPerGroup = 1'500'000;
+constexpr std::int64_t kEntriesPerGroup = 3'000'000;
 
 /// Predicted and solved displacements agree to rounding, or the state is not used.
 constexpr double kAgreement = 1e-9;

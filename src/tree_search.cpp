@@ -7,6 +7,13 @@
 
 namespace crackle {
 
+namespace {
+
+/// States that need more memory (bytes) than a core's own cache holds are asked for ahead of their use.
+constexpr std::size_t kOwnCache = std::size_t{2} << 20;
+
+}  // namespace
+
 TreeSearch::TreeSearch(const Network& network, const SeparatorTree& tree, const TreeBonds& bonds,
                        const TreeFactor& factor, const TreeKernels& kernels, BreakOn break_on, int groups)
     : network_(network),
@@ -15,6 +22,7 @@ TreeSearch::TreeSearch(const Network& network, const SeparatorTree& tree, const 
       factor_(factor),
       kernels_(kernels),
       magnitude_(break_on == BreakOn::magnitude),
+      far_(static_cast<std::size_t>(tree.positions()) * kLanes * sizeof(double) > kOwnCache),
       limit_(bonds.by_owner.size()) {
   for (int g = 0; g < groups; ++g) x_[g].resize(static_cast<std::size_t>(tree.positions()) * kLanes);
   std::int32_t most = 0;
@@ -54,6 +62,7 @@ void TreeSearch::run(std::span<const std::vector<FrontId>> fronts, const double*
       } else {
         std::fill_n(pivots, front.pivots * kLanes, 0.0);
       }
+      if (far_ && f > 0) ask_for(f - 1, x_[g].data());
       kernels_.backward(factor_.block(f), pivots, x_[g].data());
       const int hits = find(block, x_[g].data(), cut + g * kLanes, found_.data());
       for (int i = 0; i < hits; ++i) candidates.push_back(bonds_.by_owner[begin + found_[i]]);
@@ -64,6 +73,17 @@ void TreeSearch::run(std::span<const std::vector<FrontId>> fronts, const double*
     candidates.erase(std::unique(mine, candidates.end()), candidates.end());
   }
   for (int s = 0; s < static_cast<int>(fronts.size()) * kLanes; ++s) least_[s] = kNoElongation * plate(s);
+}
+
+void TreeSearch::ask_for(FrontId f, const double* x) const {
+  constexpr int kAhead = 8;  // doubles in a cache line
+  const Front& front = tree_.front[f];
+  const double* pivots = x + static_cast<std::size_t>(front.first) * kLanes;
+  for (int i = 0; i < front.pivots * kLanes; i += kAhead) __builtin_prefetch(pivots + i);
+  for (const Position at : tree_.boundary(f)) {
+    for (int i = 0; i < kLanes; i += kAhead)
+      __builtin_prefetch(x + static_cast<std::size_t>(at) * kLanes + i);
+  }
 }
 
 void TreeSearch::copy_state(int state, std::span<double> u) const {

@@ -50,6 +50,8 @@ class TreeSearch {
   [[nodiscard]] double plate(int state) const { return at(tree_.positions() - 1, state); }
 
  private:
+  /// Has the memory bring what solving a front will read and write.
+  void ask_for(FrontId f, const double* x) const;
   [[nodiscard]] double at(Position position, int state) const {
     return x_[state / kLanes][static_cast<std::size_t>(position) * kLanes + state % kLanes];
   }
@@ -60,6 +62,7 @@ class TreeSearch {
   const TreeFactor& factor_;
   const TreeKernels& kernels_;
   bool magnitude_;
+  bool far_;                                  // the states don't fit into a core's cache
   std::array<AlignedVector, kMostGroups> x_;  // [positions * kLanes] each; empty: group not used
   std::span<const double> threshold_;         // [M] the caller's
   std::vector<double> limit_;  // [stretchable] threshold over sqrt(k), in the order of TreeBonds::by_owner

@@ -5,8 +5,8 @@
 /// AgainstBare/L      seconds per break of `updown` (matrix, downdate, solve, check, search) over those of
 /// bare
 ///                    cholmod_updown + cholmod_solve2 (system A; DLt: no forward sweep) on the same breaks
-/// Tree/L/skipped/timed   seconds of `updown`, of `updown` with both sweeps (the paper's algorithm), and of bare
-///                    CHOLMOD with both, over those of `tree`
+/// Samples/L/samples, Stretch/L/skipped/timed   seconds of `updown`, of `updown` with both sweeps (the paper's
+///                    algorithm), and of bare CHOLMOD with both, over those of `tree`: whole samples, part of one
 /// Refactoring/...    seconds per break of a refactoring solver over those of `updown`
 /// StartUp            wall time of `crackle -lattice_size 8 -stop breaks=1`, a process of its own
 
@@ -174,74 +174,128 @@ void against_bare(benchmark::State& state) {
 }
 BENCHMARK(against_bare)->Name("AgainstBare")->Arg(64)->Arg(128)->UseManualTime()->Iterations(30);
 
-/// Breaks that are left out first, and then timed: whole samples (0: to the end) but at L = 256 and 512.
-struct Stretch {
-  int skipped = 0;
-  int timed = 0;
+/// The tree and what it is measured against: `updown` without and with the forward sweep, and bare CHOLMOD with it,
+/// which sums no forces.
+class Rivals {
+ public:
+  explicit Rivals(int size)
+      : network_(make_network(triangular_lattice(size, 1), Model::spring, Grips::sliding, {})),
+        tree_(start(network_, "", times_, "tree")),
+        updown_(start(network_, "", times_)),
+        full_(start(network_, "-pc_updown_both_sweeps", times_)),
+        bare_(std::make_unique<Bare>(network_)) {}
+
+  /// A whole sample, each side in turn.
+  void break_sample(std::int64_t sample) {
+    std::vector<double> threshold(network_.lattice.bond.size());
+    draw_uniform_thresholds(1, sample, threshold);
+    bare_ = std::make_unique<Bare>(network_);
+    std::vector<BondId> bonds;
+    time(0, [&] {
+      tree_->reset(threshold);
+      for (BondId bond = break_once(*tree_); bond >= 0; bond = break_once(*tree_)) bonds.push_back(bond);
+    });
+    for (const auto& [side, rival] : {std::pair{1, updown_.get()}, std::pair{2, full_.get()}}) {
+      time(side, [&] {
+        rival->reset(threshold);
+        follow(*rival, bonds);
+        differs_ = differs_ || break_once(*rival) >= 0;
+      });
+    }
+    time(3, [&] { follow(bonds); });
+    breaks_ += static_cast<int>(bonds.size());
+  }
+
+  /// The next `count` breaks of a sample; not timed: the sides have but to get there.
+  void break_some(int count, bool timed) {
+    std::vector<BondId> bonds;
+    const auto before = seconds_;
+    time(0, [&] {
+      for (int i = 0; i < count; ++i) bonds.push_back(break_once(*tree_));
+    });
+    if (timed) {
+      time(1, [&] { follow(*updown_, bonds); });
+      time(2, [&] { follow(*full_, bonds); });
+      time(3, [&] { follow(bonds); });
+      breaks_ += count;
+      return;
+    }
+    for (const BondId bond : bonds) {
+      updown_->remove(bond);
+      full_->remove(bond);
+      bare_->remove(bond);
+    }
+    seconds_ = before;
+  }
+
+  void report(benchmark::State& state) const {
+    if (differs_) state.SkipWithError("another bond");
+    state.SetIterationTime(seconds_[0]);
+    state.counters["ms_per_break"] = 1e3 * seconds_[0] / breaks_;
+    state.counters["updown_over_tree"] = seconds_[1] / seconds_[0];
+    state.counters["both_sweeps_over_tree"] = seconds_[2] / seconds_[0];
+    state.counters["bare_A_over_tree"] = seconds_[3] / seconds_[0];
+  }
+
+ private:
+  template <class Act>
+  void time(int side, Act act) {
+    const auto begin = Clock::now();
+    act();
+    seconds_[side] += since(begin);
+  }
+  void follow(Equilibrium& equilibrium, std::span<const BondId> bonds) {
+    for (const BondId bond : bonds) differs_ = differs_ || break_once(equilibrium) != bond;
+  }
+  void follow(std::span<const BondId> bonds) {
+    for (const BondId bond : bonds) {
+      bare_->solve(CHOLMOD_A);
+      bare_->remove(bond);
+    }
+  }
+
+  Network network_;
+  PhaseTimes times_;
+  std::unique_ptr<Equilibrium> tree_;
+  std::unique_ptr<Equilibrium> updown_;
+  std::unique_ptr<Equilibrium> full_;
+  std::unique_ptr<Bare> bare_;
+  std::array<double, 4> seconds_{};
+  int breaks_ = 0;
+  bool differs_ = false;
 };
 
-/// The tree, `updown` without and with the forward sweep, and bare CHOLMOD with it, on the same breaks, in turn.
-/// The last sums no forces.
-void tree_against(benchmark::State& state) {
-  constexpr int kChunk = 100;
-  const Stretch stretch{static_cast<int>(state.range(1)), static_cast<int>(state.range(2))};
-  const Network network = make_network(triangular_lattice(static_cast<int>(state.range(0)), 1), Model::spring,
-                                       Grips::sliding, {});
-  PhaseTimes times;
-  const auto tree = start(network, "", times, "tree");
-  const auto updown = start(network, "", times);
-  const auto full = start(network, "-pc_updown_both_sweeps", times);
-  Bare bare(network);
-  std::array<double, 4> seconds{};
-  int breaks = 0;
+void tree_samples(benchmark::State& state) {
   for ([[maybe_unused]] auto _ : state) {
-    for (bool going = true; going;) {
-      std::vector<BondId> bonds;
-      auto begin = Clock::now();
-      const int wanted =
-          stretch.timed == 0 ? kChunk : std::min(kChunk, stretch.skipped + stretch.timed - breaks);
-      for (int i = 0; i < wanted && going; ++i) {
-        bonds.push_back(break_once(*tree));
-        going = bonds.back() >= 0;
-      }
-      if (!going) bonds.pop_back();
-      const bool counts = breaks >= stretch.skipped;
-      const double mine = since(begin);
-      begin = Clock::now();
-      for (const BondId bond : bonds) {
-        if (counts && break_once(*updown) != bond) state.SkipWithError("another bond");
-        if (!counts) updown->remove(bond);
-      }
-      const double theirs = since(begin);
-      begin = Clock::now();
-      for (const BondId bond : bonds) {
-        if (counts && break_once(*full) != bond) state.SkipWithError("another bond");
-        if (!counts) full->remove(bond);
-      }
-      const double paper = since(begin);
-      begin = Clock::now();
-      for (const BondId bond : bonds) {
-        if (counts) bare.solve(CHOLMOD_A);
-        bare.remove(bond);
-      }
-      breaks += static_cast<int>(bonds.size());
-      if (counts)
-        seconds = {seconds[0] + mine, seconds[1] + theirs, seconds[2] + paper, seconds[3] + since(begin)};
-      going = going && (stretch.timed == 0 || breaks < stretch.skipped + stretch.timed);
-    }
-    state.SetIterationTime(seconds[0]);
+    Rivals rivals(static_cast<int>(state.range(0)));
+    for (std::int64_t sample = 0; sample < state.range(1); ++sample) rivals.break_sample(sample);
+    rivals.report(state);
   }
-  state.counters["ms_per_break"] = 1e3 * seconds[0] / (breaks - stretch.skipped);
-  state.counters["updown_over_tree"] = seconds[1] / seconds[0];
-  state.counters["both_sweeps_over_tree"] = seconds[2] / seconds[0];
-  state.counters["bare_A_over_tree"] = seconds[3] / seconds[0];
 }
-BENCHMARK(tree_against)
-    ->Name("Tree")
+BENCHMARK(tree_samples)
+    ->Name("Samples")
+    ->ArgNames({"L", "samples"})
+    ->Args({8, 200})
+    ->Args({16, 50})
+    ->Args({32, 20})
+    ->Args({64, 4})
+    ->Args({128, 1})
+    ->UseManualTime()
+    ->Iterations(1);
+
+/// Chunks of breaks, so that a change of the machine's speed meets all sides alike.
+void tree_stretch(benchmark::State& state) {
+  constexpr int kChunk = 100;
+  for ([[maybe_unused]] auto _ : state) {
+    Rivals rivals(static_cast<int>(state.range(0)));
+    for (int done = 0; done < state.range(1); done += kChunk) rivals.break_some(kChunk, false);
+    for (int done = 0; done < state.range(2); done += kChunk) rivals.break_some(kChunk, true);
+    rivals.report(state);
+  }
+}
+BENCHMARK(tree_stretch)
+    ->Name("Stretch")
     ->ArgNames({"L", "skipped", "timed"})
-    ->Args({32, 0, 0})
-    ->Args({64, 0, 0})
-    ->Args({128, 0, 0})
     ->Args({256, 0, 500})
     ->Args({256, 8300, 500})
     ->UseManualTime()
