@@ -79,6 +79,11 @@ class Run:
             raise ValueError(f"{self.path}: no sample {sample} (samples: {held})")
         return int(found[0])
 
+    @property
+    def has_breaks(self):
+        """False for a run with -record none."""
+        return self._breaks is not None
+
     def breaks(self, s):
         """The breaks of the s-th sample in the file (not of sample number s: see find)."""
         if self._breaks is None:
