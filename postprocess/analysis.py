@@ -19,6 +19,7 @@ from study import Missing
 
 LEAST_SIZE = 16           # corrections to scaling are strongest below (the paper's choice)
 LEAST_SAMPLES = 20        # for a distribution
+COLLAPSE_LEAST = 5        # avalanches below, a few integers apart, are too coarse to interpolate between
 COLLAPSE_RESAMPLES = 100  # a collapse is a search, not a formula
 LEAST_IN_BIN = 10         # avalanches in a bin that counts in a collapse
 
@@ -212,9 +213,9 @@ def _joint_fit(ensembles, s_min):
             "distance": fit.distance}
 
 
-def _avalanche_collapse(ensembles, s_min):
+def _avalanche_collapse(ensembles):
     curves, logs = zip(*[_avalanche_curve(e) for e in ensembles])
-    cut = [curve.x >= np.log(s_min) for curve in curves]
+    cut = [curve.x >= np.log(COLLAPSE_LEAST) for curve in curves]
     curves = [Curve(c.size, c.x[k], c.y[k], c.error[k]) for c, k in zip(curves, cut)]
     if min(len(curve.x) for curve in curves) < 3:
         raise Missing("too few avalanches for a collapse")
@@ -246,7 +247,7 @@ def avalanche_scaling(study, model):
     large = [e for e in rich if e.size >= LEAST_SIZE]
     if len(large) >= 2:
         result.joint = _joint_fit(large, quoted.s_min)
-        result.collapse, result.curves = _avalanche_collapse(large, quoted.s_min)
+        result.collapse, result.curves = _avalanche_collapse(large)
     return result
 
 

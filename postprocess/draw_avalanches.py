@@ -1,7 +1,7 @@
 """Figures of avalanches before the last: distributions, their collapse, and how firmly tau is known."""
 import numpy as np
 
-from analysis import avalanche_density, avalanche_scaling, of_model
+from analysis import COLLAPSE_LEAST, avalanche_density, avalanche_scaling, of_model
 from plot_style import REFERENCE, interval_text, side_by_side, size_label, size_style
 from study import Missing
 
@@ -65,7 +65,7 @@ def avalanche_collapse(study):
         axes.set_xlabel("$s/N_\\mathrm{el}^{D/2}$")
         axes.set_ylabel("$P(s)\\,N_\\mathrm{el}^{\\tau D/2}$")
         axes.text(0.97, 0.97, f"$\\tau$ = {interval_text(tau)}\n$D$ = {interval_text(dimension)}\n"
-                  f"quality S = {tau.misfit:.1f}, $s\\geq{scaling.s_min}$", transform=axes.transAxes, ha="right",
+                  f"quality S = {tau.misfit:.1f}, $s\\geq{COLLAPSE_LEAST}$", transform=axes.transAxes, ha="right",
                   va="top", fontsize=7)
         axes.legend(loc="lower left")
     return side_by_side(study, panel)
@@ -87,6 +87,6 @@ def avalanche_exponent(study):
                       label=f"quoted: {interval_text(quoted)}")
         axes.set_xlabel("smallest avalanche in the fit, $s_\\mathrm{min}$")
         axes.set_ylabel("$\\tau$ (maximum likelihood)")
-        axes.set_ylim(0, None)
-        axes.legend(loc="lower left", ncol=2)
+        axes.set_ylim(0, 4)
+        axes.legend(loc="upper right", ncol=3, columnspacing=1)
     return side_by_side(study, panel, sharey=True)

@@ -5,7 +5,7 @@ from scipy.stats import norm
 from analysis import LEAST_SAMPLES, normal_goodness, of_model, size_law
 from goodness import spread_integers
 from plot_style import (MODEL_COLOURS, NAMES, REFERENCE, inset, interval_text, new_figure, side_by_side, size_label,
-                        size_style, thin)
+                        size_style, spread_probabilities)
 from study import Missing
 
 
@@ -20,7 +20,7 @@ def reduced(values):
     return (values - values.mean()) / values.std()
 
 
-def draw_power_law(axes, study, model, key, values, label):
+def draw_power_law(axes, study, model, key, label):
     """Mean against the number of bonds, with the fitted power law and its exponent."""
     law = size_law(study, model, key)
     for ensemble, x, mean, error in zip(of_model(study, model, failed=key == "last_avalanche"), law.x, law.mean, law.error):
@@ -39,7 +39,7 @@ def draw_power_law(axes, study, model, key, values, label):
 def damage_scaling(study):
     """Broken bonds at peak load against the number of bonds; inset: the same as a fraction, against log N."""
     def panel(axes, model):
-        law = draw_power_law(axes, study, model, "n_p", lambda e: e.n_p, "$\\langle n_p\\rangle$")
+        law = draw_power_law(axes, study, model, "n_p", "$\\langle n_p\\rangle$")
         small = inset(axes, [0.6, 0.14, 0.38, 0.36])
         small.errorbar(law.x, law.mean / law.x, law.error / law.x, marker="o", markersize=2.5, linewidth=0.7,
                        color=MODEL_COLOURS[model])
@@ -54,7 +54,7 @@ def damage_peak_cdf(study):
     def panel(axes, model):
         for ensemble in of_model(study, model, LEAST_SAMPLES):
             x, p = cumulative(spread_integers(ensemble.n_p) / ensemble.bonds)
-            keep = thin(x)
+            keep = spread_probabilities(p)
             axes.plot(x[keep], p[keep], label=size_label(ensemble), **size_style(study, ensemble))
         axes.set_xlabel("fraction of broken bonds $p_b$")
         axes.set_ylabel("$\\Pi_p(p_b,L)$")
@@ -75,12 +75,11 @@ def _collapsed(study, quantity, symbol):
             continue
         for ensemble in ensembles:
             x, p = cumulative(reduced(spread_integers(getattr(ensemble, quantity))))
-            keep = thin(norm.ppf(p))
+            keep = spread_probabilities(p)
             label = f"{NAMES[model]}, {size_label(ensemble)}"
             style = size_style(study, ensemble)
             axes[0, 0].plot(x[keep], p[keep], linestyle="none", label=label, **style)
-            on_paper = np.searchsorted(p, norm.cdf(np.linspace(norm.ppf(p[0]), norm.ppf(p[-1]), 40))).clip(max=len(p) - 1)
-            axes[0, 1].plot(x[on_paper], norm.ppf(p[on_paper]), linewidth=0.5, **style)
+            axes[0, 1].plot(x[keep], norm.ppf(p[keep]), linewidth=0.5, **style)
     if not axes[0, 0].lines:
         raise Missing("; ".join(notes))
     figure.notes += notes
@@ -109,7 +108,7 @@ def normality_text(study, quantity):
             except Missing:
                 continue
             p = "<0.01" if test.ad_p < 0.01 else f"{test.ad_p:.2f}"
-            lines.append(f"{NAMES[model]} {ensemble.size}: {test.ad:.2g} ({p})")
+            lines.append(f"{NAMES[model]} {ensemble.size}: {test.ad:.{0 if test.ad >= 10 else 2}f} ({p})")
     return "\n".join(lines)
 
 
@@ -126,7 +125,7 @@ def damage_failure_collapse(study):
 def last_avalanche_scaling(study):
     """Mean size of the last avalanche, n_f - n_p, against the number of bonds."""
     def panel(axes, model):
-        draw_power_law(axes, study, model, "last_avalanche", lambda e: e.last_avalanche, "$\\langle n_f-n_p\\rangle$")
+        draw_power_law(axes, study, model, "last_avalanche", "$\\langle n_f-n_p\\rangle$")
     return side_by_side(study, panel)
 
 
@@ -136,11 +135,10 @@ def last_avalanche_distribution(study):
         small = inset(axes, [0.6, 0.14, 0.38, 0.42])
         for ensemble in of_model(study, model, LEAST_SAMPLES, failed=True):
             x, p = cumulative(reduced(spread_integers(ensemble.last_avalanche)))
-            keep = thin(x)
+            keep = spread_probabilities(p)
             style = size_style(study, ensemble)
             axes.plot(x[keep], p[keep], linestyle="none", label=size_label(ensemble), **style)
-            on_paper = np.searchsorted(p, norm.cdf(np.linspace(norm.ppf(p[0]), norm.ppf(p[-1]), 30))).clip(max=len(p) - 1)
-            small.plot(x[on_paper], norm.ppf(p[on_paper]), linewidth=0.4, **{**style, "markersize": 1.8})
+            small.plot(x[keep], norm.ppf(p[keep]), linewidth=0.4, **{**style, "markersize": 1.8})
         grid = np.linspace(-4, 4, 200)
         axes.plot(grid, norm.cdf(grid), label="normal", **REFERENCE)
         small.plot(grid, grid, **REFERENCE)

@@ -3,7 +3,7 @@ import numpy as np
 
 from analysis import mean_profile, of_model, profile_scaling, rescale_profile
 from damage_profiles import fourier_magnitudes, uncorrelated_magnitude
-from plot_style import REFERENCE, inset, interval_text, side_by_side, size_label, size_style, thin
+from plot_style import inset, interval_text, side_by_side, size_label, size_style, thin
 
 
 def profile_peak(study):
@@ -21,7 +21,7 @@ def profile_peak(study):
 
 
 def profile_fourier(study):
-    """Magnitude of the Fourier transform of damage profiles, averaged: at peak load, and after it."""
+    """Magnitudes of the Fourier transforms of damage profiles, averaged; dotted: bonds broken anywhere, independently."""
     def panel(rows, model):
         for part, axes in enumerate(rows):
             for ensemble in of_model(study, model, 2, failed=part == 1, recorded=True):

@@ -32,9 +32,9 @@ def _sample_of(study, model):
 def response(study):
     """Load against displacement of a typical sample, every break, with the envelope."""
     def panel(axes, model):
-        ensemble, breaks, _, _ = _sample_of(study, model)
+        ensemble, breaks, _, index = _sample_of(study, model)
         draw_response(axes, breaks, model, ensemble.failed)
-        axes.text(0.97, 0.6, f"$L={ensemble.size}$", transform=axes.transAxes, ha="right")
+        axes.set_title(f", $L={ensemble.size}$, sample {index}")
     return side_by_side(study, panel)
 
 

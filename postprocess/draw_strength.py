@@ -4,7 +4,8 @@ from scipy.stats import norm
 
 from analysis import LEAST_SAMPLES, of_model, size_law, weakest_link
 from draw_damage import cumulative, reduced
-from plot_style import (MODEL_COLOURS, NAMES, REFERENCE, inset, interval_text, new_figure, size_label, size_style, thin)
+from plot_style import (MODEL_COLOURS, NAMES, REFERENCE, inset, interval_text, new_figure, size_label, size_style,
+                        spread_probabilities)
 from strength_fits import reduced_log_survival
 from study import MODELS, Missing
 
@@ -62,7 +63,7 @@ def strength_cdf(study):
     one = axes[0, 0]
     for ensemble in _each_ensemble(study, LEAST_SAMPLES, figure):
         x, p = cumulative(lognormal_variable(ensemble))
-        keep = thin(x)
+        keep = spread_probabilities(p)
         one.plot(x[keep], p[keep], linestyle="none", label=f"{NAMES[ensemble.model]}, {size_label(ensemble)}",
                  **size_style(study, ensemble))
     grid = np.linspace(-4, 4, 200)
@@ -79,7 +80,7 @@ def _weakest_link_panel(axes, study, model, gumbel):
     law = weakest_link(study, model, gumbel)
     for ensemble in of_model(study, model, LEAST_SAMPLES):
         sigma, p = cumulative(ensemble.strength)
-        keep = _even_in_normal_score(p)
+        keep = spread_probabilities(p)
         axes.plot(law.z(sigma[keep]), reduced_log_survival(p[keep], ensemble.size), linewidth=0.5,
                   label=size_label(ensemble), **{**size_style(study, ensemble), "markersize": 2.2})
     low, high = axes.get_xlim()
@@ -91,16 +92,10 @@ def _weakest_link_panel(axes, study, model, gumbel):
         axes.set_xlabel(f"$\\ln(\\sigma_0/\\sigma_f)$,  $\\sigma_0={law.unit:.3f}$;  $m={law.k:.2f}$")
 
 
-def _even_in_normal_score(p, points=40):
-    """Indices of about so many probabilities, evenly spaced in Phi^-1: tails as dense as the middle."""
-    score = np.linspace(norm.ppf(p[0]), norm.ppf(p[-1]), points)
-    return np.unique(np.searchsorted(p, norm.cdf(score)).clip(max=len(p) - 1))
-
-
 def _lognormal_panel(axes, study, model):
     for ensemble in of_model(study, model, LEAST_SAMPLES):
         x, p = cumulative(lognormal_variable(ensemble))
-        keep = _even_in_normal_score(p)
+        keep = spread_probabilities(p)
         axes.plot(x[keep], norm.ppf(p[keep]), linewidth=0.5, **{**size_style(study, ensemble), "markersize": 2.2})
     axes.plot([-4.5, 4.5], [-4.5, 4.5], **REFERENCE)
     axes.set_xlabel("$\\bar\\xi=(\\ln\\sigma_f-\\eta)/\\zeta$")
@@ -154,7 +149,10 @@ def size_effect(study):
     if not drawn:
         raise Missing("; ".join(figure.notes))
     axes[0].set_yscale("log")
+    axes[0].set_ylim(bottom=axes[0].get_ylim()[0] / 6)
     small.set_yscale("log")
+    for axis_format in (small.yaxis.set_major_formatter, small.yaxis.set_minor_formatter):
+        axis_format(lambda value, _: f"{value:.2g}")
     small.set_ylabel("$\\mu_f$")
     for one in (*axes, small):
         one.set_xscale("log", base=2)

@@ -4,6 +4,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy.stats import norm
 
 from study import MODELS, Missing
 
@@ -40,7 +41,7 @@ def side_by_side(study, draw_panel, rows=1, height=PANEL_HEIGHT, sharey=False):
         for column, model in enumerate(models):
             try:
                 draw_panel(axes[0, column] if rows == 1 else axes[:, column], model)
-                axes[0, column].set_title(NAMES[model])
+                axes[0, column].set_title(NAMES[model] + axes[0, column].get_title())
             except Missing as reason:
                 failed.append(model)
                 notes.append(f"{NAMES[model]}: {reason}")
@@ -63,6 +64,12 @@ def size_style(study, ensemble):
 
 def size_label(ensemble):
     return f"$L={ensemble.size}$"
+
+
+def spread_probabilities(p, points=40):
+    """Indices of about so many of ascending probabilities, evenly spaced in Phi^-1: tails as dense as the middle."""
+    score = np.linspace(norm.ppf(p[0]), norm.ppf(p[-1]), points)
+    return np.unique(np.searchsorted(p, norm.cdf(score)).clip(max=len(p) - 1))
 
 
 def thin(values, most=60):
