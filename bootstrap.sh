@@ -15,6 +15,8 @@ packages=(
   python3 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-pytest
 )
 
+# a browser, and what drives it, for the tests of the report's page
+test_packages=(chromium chromium-driver python3-selenium)
 style_packages=(clang-format-14 clang-tidy-16)
 
 # installs those of the packages named that are not there
@@ -49,6 +51,7 @@ demo() {
 
 run_tests() {
   setup
+  install_missing "${test_packages[@]}"
   # as root, and on fewer cores than ranks, Open MPI starts only when told that it may
   export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
   ctest --test-dir build/release --output-on-failure --parallel "$(nproc)"

@@ -170,6 +170,8 @@ def avalanche_density(ensemble):
     if ensemble.avalanche_counts.sum() < LEAST_IN_BIN:
         raise Missing(f"{ensemble.model}, L = {ensemble.size}: fewer than {LEAST_IN_BIN} avalanches")
     curve, _ = _avalanche_curve(ensemble)
+    if not len(curve.x):
+        raise Missing(f"{ensemble.model}, L = {ensemble.size}: no bin with {LEAST_IN_BIN} avalanches")
     density = np.exp(curve.y)
     return np.exp(curve.x), density, density * curve.error
 
@@ -256,6 +258,16 @@ def strength_goodness(ensemble, family):
     """Fitted, Goodness of the strengths of one ensemble."""
     _enough(ensemble)
     return FAMILIES[family](ensemble.strength), goodness(ensemble.strength, FAMILIES[family])
+
+
+@cache
+def lognormal_parameters(ensemble):
+    """eta and zeta, mean and standard deviation of ln sigma_f, with their intervals."""
+    _enough(ensemble)
+    log = np.log(ensemble.strength)
+    log_mean = log.mean()
+    mean, square = ensemble.resampled_mean(np.stack([log - log_mean, (log - log_mean) ** 2], axis=1)).T
+    return {"eta": estimate(log_mean, mean + log_mean), "zeta": estimate(log.std(), np.sqrt(square - mean ** 2))}
 
 
 @cache

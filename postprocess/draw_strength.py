@@ -149,7 +149,8 @@ def size_effect(study):
     if not drawn:
         raise Missing("; ".join(figure.notes))
     axes[0].set_yscale("log")
-    axes[0].set_ylim(bottom=axes[0].get_ylim()[0] / 6)
+    low, high = axes[0].get_ylim()
+    axes[0].set_ylim(low / 6, high * 4)  # room for the inset below, the legend above
     small.set_yscale("log")
     for axis_format in (small.yaxis.set_major_formatter, small.yaxis.set_minor_formatter):
         axis_format(lambda value, _: f"{value:.2g}")

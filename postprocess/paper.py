@@ -59,5 +59,5 @@ def refitted(key, least_size):
     x, mean, error = x[used], mean[used], (deviation / np.sqrt(samples))[used]
     random = np.random.default_rng(1)
     fit = fit_law(law, x, mean, error)
-    noisy = [fit_law(law, x, random.normal(mean, error), error).exponent for _ in range(NOISE)]
+    noisy = [fit_law(law, x, random.normal(mean, error), error, fit.exponent).exponent for _ in range(NOISE)]
     return estimate(fit.exponent, noisy, fit.misfit, fit.p_value)

@@ -11,7 +11,7 @@ means current and displacement means voltage.
 """
 import glob
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Optional
 
 import h5py
@@ -31,6 +31,14 @@ class Breaks:
     bond: np.ndarray       # int32, bond number
     load: np.ndarray       # float64, P_k, the load at which it broke
     stiffness: np.ndarray  # float64, F_k, plate force at unit plate displacement just before it broke
+
+
+@dataclass
+class Snapshot:
+    """A network just before a break, at the load of that break."""
+    number: int               # of the break, from 1
+    displacement: np.ndarray  # float64[N * components], node by node
+    force: np.ndarray         # float64[M], 0 for broken bonds
 
 
 @dataclass
@@ -67,6 +75,7 @@ class Run:
     wall_time: np.ndarray          # float64[S], seconds
     _breaks: Optional[list]        # of Breaks, by position in the arrays above; None if not recorded
     _network: Optional[Network]
+    _snapshots: dict = field(default_factory=dict)  # sample number to list of Snapshot
 
     def __len__(self):
         return len(self.index)
@@ -89,6 +98,10 @@ class Run:
         if self._breaks is None:
             raise ValueError(f"{self.path}: no /breaks (run with -record breaks)")
         return self._breaks[s]
+
+    def snapshots(self, s):
+        """The s-th sample's Snapshots, by break number; none unless it was run with -record snapshot."""
+        return self._snapshots.get(int(self.index[s]), [])
 
     def network(self):
         """The intact network, from the file or rebuilt from the options; None if neither gives it."""
@@ -152,6 +165,7 @@ class _Part:
     samples: dict  # field name to array[S]
     breaks: Optional[list]
     network: Optional[Network]
+    snapshots: dict
 
 
 def _read_part(path, may_vanish):
@@ -165,7 +179,7 @@ def _read_part(path, may_vanish):
             _check_kind(path, file)
             samples = {name: file["samples"][name][...] for name in SAMPLE_FIELDS}
             return _Part(path, _read_options(file.attrs["options"]), samples,
-                         _read_breaks(file, len(samples["index"])), _read_network(file))
+                         _read_breaks(file, len(samples["index"])), _read_network(file), _read_snapshots(file))
     except FileNotFoundError:
         return _read_part(path, may_vanish)
     except (OSError, RuntimeError) as error:  # what h5py raises for damaged files
@@ -220,6 +234,18 @@ def _read_network(file):
                    int(np.ravel(group.attrs["components"])[0]), float(np.ravel(group.attrs["period_x"])[0]))
 
 
+def _read_snapshots(file):
+    """Sample number to its Snapshots."""
+    found = {}
+    if "snapshots" not in file:
+        return found
+    group = file["snapshots"]
+    displacement, force = group["displacement"][...], group["force"][...]
+    for row, (sample, number) in enumerate(zip(group["sample"][...], group["number"][...])):
+        found.setdefault(int(sample), []).append(Snapshot(int(number), displacement[row], force[row]))
+    return found
+
+
 def _check_same_scene(one, other):
     for name in SCENE_OPTIONS:
         value, other_value = one.options.get(name), other.options.get(name)
@@ -239,4 +265,6 @@ def _merge(path, parts):
         breaks = [together[s] for s in order]
     network = next((part.network for part in parts if part.network is not None), None)
     return Run(path, parts[0].options, **{name: array[order] for name, array in samples.items()},
-               _breaks=breaks, _network=network)
+               _breaks=breaks, _network=network,
+               _snapshots={sample: list_of_one for part in reversed(parts)
+                           for sample, list_of_one in part.snapshots.items()})

@@ -72,7 +72,7 @@ def show_up_to(axes, largest, limit):
     """Ends the displacement axis at `limit`; says so where the response goes on beyond it."""
     axes.set_xlim(0, min(1.05 * largest, limit))
     if largest > limit:
-        axes.annotate(f"to {largest:.3g}", xy=(1, 0.03), xytext=(-34, 0), xycoords="axes fraction",
+        axes.annotate(f"to {largest:.3g}", xy=(1, 0.1), xytext=(-34, 0), xycoords="axes fraction",
                       textcoords="offset points", ha="right", va="center", fontsize="small",
                       arrowprops=dict(arrowstyle="->", linewidth=0.8))
 

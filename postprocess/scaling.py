@@ -51,8 +51,10 @@ LOGARITHMIC_LAW = Law("$\\mu^\\ast (\\ln L)^{-\\psi} + c/L$",
                       lambda x, e: np.stack([np.log(x) ** -e, 1 / x], axis=1), (-1.0, 3.0), 2)
 
 
-def fit_law(law, x, y, error):
+def fit_law(law, x, y, error, near=None):
     """Weighted least squares. x, y, error: [K], error > 0 the standard errors of y; K > law.coefficients.
+
+    near: an exponent close to the best one; without it the law's whole range is searched.
 
     Raises ValueError for fewer points than the law has unknowns.
     """
@@ -66,11 +68,12 @@ def fit_law(law, x, y, error):
         coefficients, *_ = np.linalg.lstsq(scaled, y / error, rcond=None)
         return coefficients, float(np.sum((scaled @ coefficients - y / error) ** 2))
 
-    grid = np.linspace(*law.bounds, 60)
-    best = grid[np.argmin([solve(e)[1] for e in grid])]
-    step = grid[1] - grid[0]
-    found = minimize_scalar(lambda e: solve(e)[1], bounds=(best - step, best + step), method="bounded",
-                            options={"xatol": 1e-7})
+    if near is None:
+        grid = np.linspace(*law.bounds, 60)
+        near = grid[np.argmin([solve(e)[1] for e in grid])]
+    step = (law.bounds[1] - law.bounds[0]) / 100
+    found = minimize_scalar(lambda e: solve(e)[1], bracket=(near - step, near + step), method="brent",
+                            options={"xtol": 1e-7})
     coefficients, chi_squared = solve(found.x)
     return Fit(float(found.x), coefficients, chi_squared, len(x) - unknowns)
 
@@ -84,5 +87,5 @@ def fit_resampled(law, x, y, resampled):
     if not np.all(error > 0):
         raise ValueError("no scatter between samples at some size: more samples are needed")
     fit = fit_law(law, x, y, error)
-    exponents = [fit_law(law, x, row, error).exponent for row in resampled]
+    exponents = [fit_law(law, x, row, error, fit.exponent).exponent for row in resampled]
     return fit, estimate(fit.exponent, exponents, fit.misfit, fit.p_value)

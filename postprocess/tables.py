@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import paper
-from analysis import (LEAST_SIZE, avalanche_scaling, normal_goodness, profile_scaling, size_law, strength_comparison,
+from analysis import (LEAST_SIZE, avalanche_scaling, lognormal_parameters, normal_goodness, profile_scaling, size_law, strength_comparison,
                       strength_goodness, tau_at_size)
 from strength_fits import FAMILIES
 from study import MODELS, Missing
@@ -169,10 +169,18 @@ def table_strength(study):
             except Missing as reason:
                 table.rows.append([ensemble.model, ensemble.size, len(ensemble), family, f"not made: {reason}"] + [""] * 4)
                 continue
-            parameters = ", ".join(f"{name} = {value:.4g}" for name, value in fitted.parameters.items())
+            parameters = _parameters(ensemble, fitted)
             table.rows.append([ensemble.model, ensemble.size, len(ensemble), family, parameters, f"{test.ks:.2f}",
                                f"{test.ks_p:.3f}", f"{test.ad:.2f}", f"{test.ad_p:.3f}"])
     return table
+
+
+def _parameters(ensemble, fitted):
+    """name = value, ...; the lognormal ones with their intervals."""
+    if fitted.family == "lognormal":
+        return ", ".join(f"{name} = {rounded(e.value, e.error)} [{rounded(e.low, e.error)}, {rounded(e.high, e.error)}]"
+                         for name, e in lognormal_parameters(ensemble).items())
+    return ", ".join(f"{name} = {value:.4g}" for name, value in fitted.parameters.items())
 
 
 def table_likelihood(study):
