@@ -18,7 +18,7 @@ from strength_fits import FAMILIES, fit_weakest_link
 from study import Missing
 
 LEAST_SIZE = 16           # corrections to scaling are strongest below (the paper's choice)
-LEAST_SAMPLES = 20        # for a distribution
+LEAST_SAMPLES = 20        # for a distribution, and for a size in a fit where others are enough
 COLLAPSE_LEAST = 5        # avalanches below, a few integers apart, are too coarse to interpolate between
 COLLAPSE_RESAMPLES = 100  # a collapse is a search, not a formula
 LEAST_IN_BIN = 10         # avalanches in a bin that counts in a collapse
@@ -58,11 +58,11 @@ def of_model(study, model, samples=2, failed=False, recorded=False):
 
 
 def scaling_sizes(ensembles, needed):
-    """Those of LEAST_SIZE and more if they are enough, else all; Missing if all are too few."""
+    """Those of LEAST_SIZE and LEAST_SAMPLES and more if they are enough, else all; Missing if all are too few."""
     if len(ensembles) < needed:
         raise Missing(f"{needed} sizes are needed, {len(ensembles)} there")
-    large = [e for e in ensembles if e.size >= LEAST_SIZE]
-    return large if len(large) >= needed else ensembles
+    chosen = [e for e in ensembles if e.size >= LEAST_SIZE and len(e) >= LEAST_SAMPLES]
+    return chosen if len(chosen) >= needed else ensembles
 
 
 @cache
@@ -142,7 +142,7 @@ def profile_scaling(study, model):
     if min(len(curve.x) for curve in curves) < 2:
         raise Missing("too few samples with damage after the peak load")
     best = best_collapse(curves, rescale_profile, [0.7], [0.2])
-    alphas = [best_collapse(rows, rescale_profile, best.exponents, [0.05]).exponents[0] for rows in resampled]
+    alphas = [best_collapse(rows, rescale_profile, best.exponents, [0.05], searches=1).exponents[0] for rows in resampled]
     heights = np.array([[curve.y[0] for curve in rows] for rows in resampled])
     fit, exponent = fit_resampled(POWER_LAW, [c.size for c in curves], [c.y[0] for c in curves], heights)
     peak = Estimate(-fit.exponent, -exponent.high, -exponent.low, fit.misfit, fit.p_value)
@@ -226,7 +226,7 @@ def _avalanche_collapse(ensembles):
     for rows in zip(*[log[:, k] for log, k in zip(logs, cut)]):
         again = [Curve(c.size, c.x[np.isfinite(y)], y[np.isfinite(y)], c.error[np.isfinite(y)])
                  for c, y in zip(curves, rows)]
-        found.append(best_collapse(again, rescale_avalanches, best.exponents, [0.1, 0.1]).exponents)
+        found.append(best_collapse(again, rescale_avalanches, best.exponents, [0.1, 0.1], 1).exponents)
     found = np.array(found)
     return {name: estimate(best.exponents[i], found[:, i], best.quality)
             for i, name in enumerate(("tau", "dimension"))}, curves
@@ -239,14 +239,14 @@ def avalanche_scaling(study, model):
     rich = [e for e in ensembles if e.avalanche_counts.sum() >= 1000]
     if not rich:
         raise Missing(f"no {model} run with 1000 avalanches")
-    largest = rich[-1]
+    largest = ([e for e in rich if len(e) >= LEAST_SAMPLES] or rich)[-1]
     quoted, fits, score = tau_at_size(largest)
     rows = [largest.resampled_mean(largest.avalanche_counts)]
     found = fit_avalanches_resampled(rows, [largest.bonds], quoted)
     result = AvalancheScaling(largest, estimate(quoted.tau, found[:, 0]), quoted.amplitude, {}, quoted.s_min,
                               score, {}, {}, [])
     result.fits = {e.size: tau_at_size(e)[1] for e in rich}
-    large = [e for e in rich if e.size >= LEAST_SIZE]
+    large = [e for e in rich if e.size >= LEAST_SIZE and len(e) >= LEAST_SAMPLES]
     if len(large) >= 2:
         result.joint = _joint_fit(large, quoted.s_min)
         result.collapse, result.curves = _avalanche_collapse(large)
@@ -296,4 +296,5 @@ def normal_goodness(ensemble, quantity):
 
 def _enough(ensemble):
     if len(ensemble) < LEAST_SAMPLES or np.ptp(ensemble.strength) == 0:
-        raise Missing(f"{ensemble.model}, L = {ensemble.size}: {LEAST_SAMPLES} samples are needed, {len(ensemble)} there")
+        raise Missing(f"{ensemble.model}, L = {ensemble.size}: {LEAST_SAMPLES} samples are needed, "
+                      f"{len(ensemble)} there")

@@ -1,8 +1,8 @@
-"""Data collapse: do curves of several sizes, rescaled, fall on one? Its quality as a number, exponents that make it best.
+"""Data collapse: do curves of several sizes, rescaled, fall on one? Its quality, and the exponents that make it best.
 
 The quality is that of Houdayer and Hartmann (Phys. Rev. B 70 (2004) 014418): S = mean over points of
-(y - Y)^2 / (dy^2 + dY^2), Y the master curve at the point's x as the other sizes give it. Here Y is the weighted mean of the
-other curves, each interpolated linearly between the two points that bracket x; a point that no other curve
+(y - Y)^2 / (dy^2 + dY^2), Y the master curve at the point's x as the other sizes give it. Here Y is the weighted mean of
+the other curves, each interpolated linearly between the two points that bracket x; a point that no other curve
 reaches is not counted. S is about 1 where curves agree within their errors, and more where they do not.
 """
 from dataclasses import dataclass
@@ -56,16 +56,22 @@ class Collapse:
     quality: float
 
 
-def best_collapse(curves, rescale, start, steps):
+def best_collapse(curves, rescale, start, steps, searches=3):
     """The exponents that make the quality least (Nelder and Mead), from `start`, first simplex `steps` wide.
+
+    The quality jumps a little where a point gains or loses its neighbours: the search starts anew from where it ended,
+    to either side in turn, `searches` times in all; from a start known to be good, one is enough.
 
     rescale(curve, exponents) gives the rescaled Curve. Raises ValueError with fewer than two curves.
     """
     if len(curves) < 2:
         raise ValueError("2 sizes are needed")
-    start = np.asarray(start, dtype=float)
-    simplex = np.vstack([start, start + np.diag(steps)])
-    found = minimize(lambda e: min(quality([rescale(curve, e) for curve in curves]), 1e12), start,
-                     method="Nelder-Mead",
-                     options={"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-3, "maxiter": 200})
-    return Collapse(found.x, float(found.fun))
+    best, value = np.asarray(start, dtype=float), np.inf
+    for search in range(searches):
+        simplex = np.vstack([best, best + (-1) ** search * np.diag(steps)])
+        found = minimize(lambda e: min(quality([rescale(curve, e) for curve in curves]), 1e12), best,
+                         method="Nelder-Mead",
+                         options={"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-3, "maxiter": 200})
+        if found.fun < value:
+            best, value = found.x, float(found.fun)
+    return Collapse(best, value)

@@ -1,8 +1,8 @@
 """Damage profiles across the sample: p(y) = n_b(y) / (N / sections), for a triangular lattice n_b(y) / (3L+1).
 
 n_b(y) counts the broken bonds of row section y: a row of nodes with the bonds that rise from it, as
-`-record profile` counts them. Localisation may happen anywhere along y, so profiles are shifted by the centre of mass of
-their damage before they are averaged; or the magnitudes of their Fourier transforms are averaged, which no
+`-record profile` counts them. Localisation may happen anywhere along y, so profiles are shifted by the centre of mass
+of their damage before they are averaged; or the magnitudes of their Fourier transforms are averaged, which no
 shift can bias.
 """
 import numpy as np

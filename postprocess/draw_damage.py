@@ -23,7 +23,8 @@ def reduced(values):
 def draw_power_law(axes, study, model, key, label):
     """Mean against the number of bonds, with the fitted power law and its exponent."""
     law = size_law(study, model, key)
-    for ensemble, x, mean, error in zip(of_model(study, model, failed=key == "last_avalanche"), law.x, law.mean, law.error):
+    ensembles = of_model(study, model, failed=key == "last_avalanche")
+    for ensemble, x, mean, error in zip(ensembles, law.x, law.mean, law.error):
         axes.errorbar(x, mean, error, linestyle="none", label=size_label(ensemble), **size_style(study, ensemble))
     grid = np.geomspace(law.x.min(), law.x.max(), 100)
     fitted = f"$b$ = {interval_text(law.exponent)}"

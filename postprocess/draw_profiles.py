@@ -21,7 +21,10 @@ def profile_peak(study):
 
 
 def profile_fourier(study):
-    """Magnitudes of the Fourier transforms of damage profiles, averaged; dotted: bonds broken anywhere, independently."""
+    """Magnitudes of the Fourier transforms of damage profiles, averaged.
+
+    Above: damage up to the peak load; below: damage after it. Dotted: bonds broken independently, anywhere.
+    """
     def panel(rows, model):
         for part, axes in enumerate(rows):
             for ensemble in of_model(study, model, 2, failed=part == 1, recorded=True):
@@ -33,8 +36,8 @@ def profile_fourier(study):
                               elinewidth=0.6, linewidth=0.8, label=size_label(ensemble),
                               **{**style, "markersize": 2.5})
                 broken = counts.sum(axis=1)
-                axes.plot(wave[[0, -1]], [np.mean(uncorrelated_magnitude(broken[broken > 0]))] * 2, ":", linewidth=0.9,
-                          color=style["color"])
+                level = np.mean(uncorrelated_magnitude(broken[broken > 0]))
+                axes.plot(wave[[0, -1]], [level, level], ":", linewidth=0.9, color=style["color"])
             axes.set_xscale("log")
             axes.set_yscale("log")
             axes.set_ylabel("$\\langle|\\hat p(q)|\\rangle/\\hat p(0)$, " + ("at peak load", "after it")[part])

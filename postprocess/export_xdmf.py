@@ -98,8 +98,8 @@ def write_xdmf(path, data_name, steps, mesh):
         _data_item(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), data_name, mesh["points"])
         for name, (description, centre) in attributes.items():
             kind = "Vector" if centre == "Node" else "Scalar"
-            _data_item(ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center=centre), data_name,
-                       description)
+            attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center=centre)
+            _data_item(attribute, data_name, description)
     ElementTree.indent(root)
     ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
 
@@ -116,7 +116,8 @@ def main():
     parser = argparse.ArgumentParser(description="Exports a sample for ParaView (XDMF).")
     parser.add_argument("run", metavar="RUN.h5")
     parser.add_argument("-s", "--sample", type=int, metavar="SAMPLE_INDEX", help="default: the first in the file")
-    parser.add_argument("-n", "--steps", type=int, default=STEPS, help=f"default: {STEPS}; -record snapshot gives its own")
+    parser.add_argument("-n", "--steps", type=int, default=STEPS,
+                        help=f"default: {STEPS}; -record snapshot gives its own")
     parser.add_argument("-o", "--output", metavar="CRACK.xdmf", help="default: RUN.xdmf")
     arguments = parser.parse_args()
     output = arguments.output or os.path.splitext(arguments.run)[0] + ".xdmf"

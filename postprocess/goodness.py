@@ -1,8 +1,8 @@
 """How well a fitted distribution describes a sample, and which of two describes it better.
 
 Kolmogorov-Smirnov: D = sup |P_n - P|. Anderson-Darling: A^2 = -n - 1/n sum (2i-1) [ln P_i + ln(1 - P_(n+1-i))],
-which looks harder at the tails. The parameters were fitted to the same data, so the textbook tables do not hold: p-values
-come from a parametric bootstrap, in which samples drawn from the fitted distribution are fitted anew.
+which looks harder at the tails. The parameters were fitted to the same data, so the textbook tables do not hold:
+p-values come from a parametric bootstrap, in which samples drawn from the fitted distribution are fitted anew.
 Source: M. A. Stephens, J. Am. Stat. Assoc. 69 (1974) 730.
 
 Which of two is better: Vuong's test (Econometrica 57 (1989) 307) on the log-likelihood ratio per sample, each with the

@@ -53,7 +53,7 @@ def make_report(study, folder, tell=print):
         tell(f"note: {remark}")
     figures = make_figures(study, folder / "figures", tell)
     tables = make_tables(study, folder / "tables")
-    sections = [("Tables", tables), ("Crack viewer", html_viewer(viewer_samples(study))), *figures]
+    sections = [("Tables", tables), ("A crack, break by break", html_viewer(viewer_samples(study))), *figures]
     page = folder / "index.html"
     page.write_text(html_page(study, sections), encoding="utf-8")
     return page

@@ -7,7 +7,6 @@ from pathlib import Path
 ASSETS = Path(__file__).resolve().parent / "page"
 
 VIEWER = """<section id="crack" aria-label="crack viewer">
-<h2>A crack, break by break</h2>
 <div class="controls">
 <label>Sample <select id="crack-choice"></select></label>
 <button id="crack-play" type="button">Play</button>
@@ -40,7 +39,8 @@ def html_table(table):
 
     head = "".join(f"<th>{escape(column)}</th>" for column in table.columns)
     body = "\n".join("<tr>" + "".join(map(cell, table.columns, row)) + "</tr>" for row in table.rows)
-    return (f'<h3 id="table-{table.name}">{escape(table.title)}</h3>\n<div class="scroll"><table>\n<thead><tr>{head}</tr></thead>\n'
+    return (f'<h3 id="table-{table.name}">{escape(table.title)}</h3>\n<div class="scroll"><table>\n'
+            f'<thead><tr>{head}</tr></thead>\n'
             f"<tbody>\n{body}\n</tbody></table></div>\n<p>{escape(table.note)} "
             f'<a href="tables/{table.name}.csv">CSV</a></p>\n')
 
@@ -74,13 +74,13 @@ def html_page(study, sections):
     remarks = "".join(f"<li>{escape(remark)}</li>" for remark in study.remarks)
     anchors = [(title, f"section-{number}") for number, (title, _) in enumerate(sections)]
     nav = "".join(f'<a href="#{anchor}">{escape(title)}</a>' for title, anchor in anchors)
-    body = "".join(f'<div id="{anchor}">' + (f"<h2>{escape(title)}</h2>" if "<h2>" not in html else "") + html + "</div>\n"
+    body = "".join(f'<div id="{anchor}"><h2>{escape(title)}</h2>{html}</div>\n'
                    for (title, anchor), (_, html) in zip(anchors, sections))
     css = (ASSETS / "page.css").read_text(encoding="utf-8")
     return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<link rel="icon" href="data:,">\n'
             f"<title>crackle: fracture of disordered lattices</title>\n<style>\n{css}</style>\n</head>\n<body>\n"
-            f"<h1>Fracture of disordered lattices</h1>\n<p>Random spring and random fuse networks broken bond by bond by crackle, beside "
-            f"Nukala, Zapperi, Simunovic, Phys. Rev. E 71 (2005) 066106. Samples: {escape(runs)}.</p>\n"
+            f"<h1>Fracture of disordered lattices</h1>\n<p>Random spring and random fuse networks broken bond by bond by "
+            f"crackle, beside Nukala, Zapperi, Simunovic, Phys. Rev. E 71 (2005) 066106. Samples: {escape(runs)}.</p>\n"
             + (f'<ul class="notes">{remarks}</ul>\n' if remarks else "")
             + f"<nav>{nav}</nav>\n{body}</body>\n</html>\n")

@@ -217,10 +217,12 @@ def _remark_on_input(study):
         for run in ensemble.runs:
             seeds.setdefault(run.options.get("-seed"), set()).add((ensemble.model, ensemble.size))
         if not ensemble.failed:
-            study.remarks.append(f"{ensemble.run.path}: stopped by -stop {ensemble.run.options['-stop']}: nothing can be "
-                                 "said about failure, and the peak load is the largest until then")
+            stop = ensemble.run.options["-stop"]
+            study.remarks.append(f"{ensemble.run.path}: stopped by -stop {stop}: nothing can be said "
+                                 "about failure, and the peak load is the largest until then")
         if not ensemble.recorded:
-            study.remarks.append(f"{ensemble.run.path}: no /breaks (-record breaks): no avalanches, profiles, pictures")
+            study.remarks.append(f"{ensemble.run.path}: no /breaks (-record breaks): no avalanches, "
+                                 "profiles, pictures")
         if len(ensemble) < 20:
             study.remarks.append(f"{ensemble.model}, L = {ensemble.size}: {len(ensemble)} samples; "
                                  "intervals of fewer than 20 are too narrow")

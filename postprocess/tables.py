@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import paper
-from analysis import (LEAST_SIZE, avalanche_scaling, lognormal_parameters, normal_goodness, profile_scaling, size_law, strength_comparison,
-                      strength_goodness, tau_at_size)
+from analysis import (LEAST_SAMPLES, LEAST_SIZE, avalanche_scaling, lognormal_parameters, normal_goodness,
+                      profile_scaling, size_law, strength_comparison, strength_goodness, tau_at_size)
 from strength_fits import FAMILIES
 from study import MODELS, Missing
 
@@ -79,8 +79,8 @@ def table_damage(study):
     return _paper_table(study, "damage", "Table 1: fraction of broken bonds at peak load and at failure",
                         [("p_p", PEAK, lambda e: e.n_p / e.bonds, False),
                          ("p_f", FAILURE, lambda e: e.n_f / e.bonds, True)],
-                        "The paper counts one to two bonds more up to failure than we do (1/N_el is 0.0044 at L = 8, 0.0012 at L = 16): it "
-                        "shows where samples are small and many.")
+                        "The paper counts one to two bonds more up to failure than we do (1/N_el is 0.0044 at L = 8, "
+                        "0.0012 at L = 16): it shows where samples are small and many.")
 
 
 def table_peak_load(study):
@@ -130,11 +130,12 @@ def table_exponents(study):
     table = Table("exponents", "Exponents: the paper's and ours",
                   ["model", "quantity", "law", "paper", "ours", "low", "high", "agree", "paper's tables, our fit", "fit",
                    "fit's p"],
-                  note="Intervals: 95 %, bootstrap over samples; they hold statistical errors only. Agree: our interval meets the range "
-                  "that the paper's rounded value stands for; the paper gives no errors, and its sizes reach 256. Paper's tables, "
-                  "our fit: the same fit on Tables 1 and 2. Fit: chi-squared per degree of freedom, or the collapse's quality S: "
-                  "far above 1, the law does not describe the data within their errors, and the exponent is an effective one "
-                  f"for these sizes. Sizes from L = {LEAST_SIZE} on, where they are enough.")
+                  note="Intervals: 95 %, bootstrap over samples; they hold statistical errors only. Agree: our interval "
+                  "meets the range that the paper's rounded value stands for; the paper gives no errors, and its sizes "
+                  "reach 256. Paper's tables, our fit: the same fit on Tables 1 and 2. Fit: chi-squared per degree of "
+                  "freedom, or the collapse's quality S: far above 1, the law does not describe the data within their "
+                  "errors, and the exponent is an effective one "
+                  f"for these sizes. Sizes from L = {LEAST_SIZE} and {LEAST_SAMPLES} samples on, where they are enough.")
     for model in MODELS:
         if not study.of(model):
             continue
@@ -167,7 +168,8 @@ def table_strength(study):
             try:
                 fitted, test = strength_goodness(ensemble, family)
             except Missing as reason:
-                table.rows.append([ensemble.model, ensemble.size, len(ensemble), family, f"not made: {reason}"] + [""] * 4)
+                table.rows.append([ensemble.model, ensemble.size, len(ensemble), family, f"not made: {reason}",
+                                   "", "", "", ""])
                 continue
             parameters = _parameters(ensemble, fitted)
             table.rows.append([ensemble.model, ensemble.size, len(ensemble), family, parameters, f"{test.ks:.2f}",
@@ -213,8 +215,9 @@ def table_normality(study):
                 test = normal_goodness(ensemble, quantity)
             except Missing:
                 continue
-            table.rows.append([ensemble.model, ensemble.size, len(ensemble), quantity.replace("last_avalanche", "n_f - n_p"),
-                               f"{test.ks:.2f}", f"{test.ks_p:.3f}", f"{test.ad:.2f}", f"{test.ad_p:.3f}"])
+            name = quantity.replace("last_avalanche", "n_f - n_p")
+            table.rows.append([ensemble.model, ensemble.size, len(ensemble), name, f"{test.ks:.2f}",
+                               f"{test.ks_p:.3f}", f"{test.ad:.2f}", f"{test.ad_p:.3f}"])
     return table
 
 
@@ -222,8 +225,8 @@ def table_avalanches(study):
     """tau and cutoff of every size alone."""
     table = Table("avalanches", "Avalanches of every size alone: s^-tau exp(-s/s0), maximum likelihood",
                   ["model", "L", "avalanches", "s_min", "tau", "s0", "sqrt(n) D"],
-                  note="s_min: the smallest from which on the law is not rejected (sqrt(n) D below 0.9). Where it has to be "
-                  "large, the scaling range is too short for an exponent: see the figure avalanche_exponent.")
+                  note="s_min: the smallest from which on the law is not rejected (sqrt(n) D below 0.9). Where it has to "
+                  "be large, the scaling range is too short for an exponent: see the figure avalanche_exponent.")
     for ensemble in study.all():
         try:
             fit, _, score = tau_at_size(ensemble)

@@ -72,6 +72,7 @@ def test_snapshots_become_displacements_and_forces(tmp_path, model, column):
 
 def test_bad_input_is_told_in_one_line(tmp_path):
     break_samples(tmp_path, "-lattice_size 3 -record none", output="bare.h5")
-    for arguments, word in ((("none.h5",), "no such file"), (("bare.h5",), "-record breaks"), (("bare.h5", "-n", "0"), "--steps 0")):
+    for arguments, word in ((("none.h5",), "no such file"), (("bare.h5",), "-record breaks"),
+                            (("bare.h5", "-n", "0"), "--steps 0")):
         result = export(tmp_path, *arguments)
         assert result.returncode == 1 and result.stderr.count("\n") == 1 and word in result.stderr
