@@ -131,7 +131,7 @@ def strength_fits(study):
 def size_effect(study):
     """Mean peak load and mean strength against L: C0 L^alpha + C1, the logarithmic law, and Weibull's power law."""
     figure, (axes,) = new_figure(2)
-    small = inset(axes[0], [0.57, 0.13, 0.41, 0.4])
+    small = inset(axes[0], [0.57, 0.12, 0.41, 0.36])
     drawn = []
     for model in MODELS:
         try:
@@ -150,7 +150,7 @@ def size_effect(study):
         raise Missing("; ".join(figure.notes))
     axes[0].set_yscale("log")
     low, high = axes[0].get_ylim()
-    axes[0].set_ylim(low / 6, high * 4)  # room for the inset below, the legend above
+    axes[0].set_ylim(low / 10, high * 4)  # room for the inset below, the legend above
     small.set_yscale("log")
     for axis_format in (small.yaxis.set_major_formatter, small.yaxis.set_minor_formatter):
         axis_format(lambda value, _: f"{value:.2g}")
