@@ -185,11 +185,10 @@ def rescale_avalanches(curve, exponents):
 @dataclass
 class AvalancheScaling:
     largest: object      # ensemble whose tau is quoted
-    tau: Estimate        # maximum likelihood at that size
+    tau: Estimate        # maximum likelihood at that size; misfit: sqrt(n) D
     cutoff: float        # its s_0
     fits: dict           # size to the AvalancheFits at every s_min tried
     s_min: int
-    score: float         # sqrt(n) D of the quoted fit
     joint: dict          # all sizes with one tau and D, maximum likelihood: Estimates
     collapse: dict       # the same from the best collapse
     curves: list
@@ -197,7 +196,7 @@ class AvalancheScaling:
 
 @cache
 def tau_at_size(ensemble):
-    """The maximum-likelihood fit of one ensemble: the quoted fit, all fits by s_min, score sqrt(n) D."""
+    """The maximum-likelihood fit of one ensemble: the quoted fit, all fits by s_min."""
     counts = np.asarray(ensemble.avalanche_counts.sum(axis=0)).ravel()
     try:
         return choose_s_min([counts], [ensemble.bonds])
@@ -211,8 +210,8 @@ def _joint_fit(ensembles, s_min):
     fit = fit_avalanches(counts, bonds, s_min)
     rows = [len(e) * e.resampled_mean(e.avalanche_counts)[:COLLAPSE_RESAMPLES] for e in ensembles]
     found = fit_avalanches_resampled(rows, bonds, fit)
-    return {"tau": estimate(fit.tau, found[:, 0]), "dimension": estimate(fit.dimension, found[:, 1]),
-            "distance": fit.distance}
+    return {name: estimate(value, found[:, i], fit.score)
+            for i, (name, value) in enumerate((("tau", fit.tau), ("dimension", fit.dimension)))}
 
 
 def _avalanche_collapse(ensembles):
@@ -240,11 +239,11 @@ def avalanche_scaling(study, model):
     if not rich:
         raise Missing(f"no {model} run with 1000 avalanches")
     largest = ([e for e in rich if len(e) >= LEAST_SAMPLES] or rich)[-1]
-    quoted, fits, score = tau_at_size(largest)
+    quoted, _ = tau_at_size(largest)
     rows = [largest.resampled_mean(largest.avalanche_counts)]
     found = fit_avalanches_resampled(rows, [largest.bonds], quoted)
-    result = AvalancheScaling(largest, estimate(quoted.tau, found[:, 0]), quoted.amplitude, {}, quoted.s_min,
-                              score, {}, {}, [])
+    result = AvalancheScaling(largest, estimate(quoted.tau, found[:, 0], quoted.score), quoted.amplitude, {},
+                              quoted.s_min, {}, {}, [])
     result.fits = {e.size: tau_at_size(e)[1] for e in rich}
     large = [e for e in rich if e.size >= LEAST_SIZE and len(e) >= LEAST_SAMPLES]
     if len(large) >= 2:

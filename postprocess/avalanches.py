@@ -67,10 +67,7 @@ class AvalancheFit:
     amplitude: float  # A
     s_min: int
     likelihood: float
-    distance: float   # largest Kolmogorov-Smirnov distance over the sizes
-
-    def cutoff(self, bonds):
-        return self.amplitude * bonds ** (0 if np.isnan(self.dimension) else self.dimension / 2)
+    score: float      # sqrt(n) D, D the Kolmogorov-Smirnov distance at a size, n its avalanches: the largest one
 
 
 class AvalancheModel:
@@ -118,15 +115,15 @@ class AvalancheModel:
         gradient = np.array([by_tau, by_log_a, by_dimension])[:len(parameters)]
         return value / self.total.sum(), gradient / self.total.sum()
 
-    def distance(self, tau, log_a, dimension):
-        """Largest difference of the cumulative distributions, fitted and counted, over all sizes."""
+    def score(self, tau, log_a, dimension):
+        """sqrt(n) times the largest difference of the cumulative distributions, fitted and counted; the worst size's."""
         largest = 0.0
         for i, counts in enumerate(self.counts):
             model = self._terms(i, tau, np.exp(-log_a - dimension / 2 * np.log(self.bonds[i])))
             found = np.zeros(len(model))
             found[:len(counts)] = counts[:len(model)]
-            largest = max(largest, np.max(np.abs(np.cumsum(found) / self.total[i]
-                                                 - np.cumsum(model) / model.sum())))
+            difference = np.cumsum(found) / self.total[i] - np.cumsum(model) / model.sum()
+            largest = max(largest, np.sqrt(self.total[i]) * np.max(np.abs(difference)))
         return largest
 
     def fit(self, start=None):
@@ -137,7 +134,7 @@ class AvalancheModel:
                          bounds=[(0.0, 6.0), (-6.0, 16.0), (-1.0, 4.0)][:len(start)])
         tau, log_a, dimension = (*found.x, 0.0)[:3]
         return AvalancheFit(tau, dimension if several else np.nan, float(np.exp(log_a)), self.s_min,
-                            -found.fun * self.total.sum(), self.distance(tau, log_a, dimension))
+                            -found.fun * self.total.sum(), self.score(tau, log_a, dimension))
 
 
 def fit_avalanches(counts, bonds, s_min):
@@ -163,18 +160,15 @@ NOT_REJECTED = 0.9  # sqrt(n) D that 5 % of samples exceed, roughly, after two p
 def choose_s_min(counts, bonds, candidates=range(1, 13)):
     """The smallest s_min from which on the law is not rejected; if it always is, the one that comes nearest.
 
-    The measure is sqrt(n) D, D the Kolmogorov-Smirnov distance, n the avalanches of s_min breaks or more, at least
-    50 at every size. Returns the fit, the fits at all candidates, and sqrt(n) D of the fit.
+    The measure is the fits' score. At least 50 avalanches of s_min breaks or more must be there at every size.
+    Returns the fit and the fits at all candidates.
     """
-    fits, scores = [], []
+    fits = []
     for s_min in candidates:
-        numbers = [np.asarray(c)[s_min:].sum() for c in counts]
-        if min(numbers) < 50:
+        if min(np.asarray(c)[s_min:].sum() for c in counts) < 50:
             break
         fits.append(fit_avalanches(counts, bonds, s_min))
-        scores.append(np.sqrt(sum(numbers)) * fits[-1].distance)
     if not fits:
         raise ValueError("fewer than 50 avalanches at some size")
-    accepted = np.flatnonzero(np.array(scores) < NOT_REJECTED)
-    best = int(accepted[0]) if len(accepted) else int(np.argmin(scores))
-    return fits[best], fits, float(scores[best])
+    accepted = [fit for fit in fits if fit.score < NOT_REJECTED]
+    return (accepted[0] if accepted else min(fits, key=lambda fit: fit.score)), fits

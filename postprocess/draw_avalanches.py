@@ -26,7 +26,7 @@ def avalanches(study):
         axes.set_xlabel("avalanche size $s$ (bonds)")
         axes.set_ylabel("$P(s)$")
         axes.legend(loc="lower left")
-    return side_by_side(study, panel, sharey=True)
+    return side_by_side(panel, sharey=True)
 
 
 def _reference_slope(axes, study, model):
@@ -68,7 +68,7 @@ def avalanche_collapse(study):
                   f"quality S = {tau.misfit:.1f}, $s\\geq{COLLAPSE_LEAST}$", transform=axes.transAxes, ha="right",
                   va="top", fontsize=7)
         axes.legend(loc="lower left")
-    return side_by_side(study, panel)
+    return side_by_side(panel)
 
 
 def avalanche_exponent(study):
@@ -89,4 +89,4 @@ def avalanche_exponent(study):
         axes.set_ylabel("$\\tau$ (maximum likelihood)")
         axes.set_ylim(0, 4)
         axes.legend(loc="upper right", ncol=3, columnspacing=1)
-    return side_by_side(study, panel, sharey=True)
+    return side_by_side(panel, sharey=True)

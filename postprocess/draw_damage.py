@@ -47,7 +47,7 @@ def damage_scaling(study):
         small.set_xscale("log")
         small.set_xlabel("$N_\\mathrm{el}$")
         small.set_ylabel("$\\langle n_p\\rangle/N_\\mathrm{el}$")
-    return side_by_side(study, panel)
+    return side_by_side(panel)
 
 
 def damage_peak_cdf(study):
@@ -61,7 +61,7 @@ def damage_peak_cdf(study):
         axes.set_ylabel("$\\Pi_p(p_b,L)$")
         axes.set_xlim(left=0)
         axes.legend(loc="lower right")
-    return side_by_side(study, panel)
+    return side_by_side(panel)
 
 
 def _collapsed(study, quantity, symbol):
@@ -127,7 +127,7 @@ def last_avalanche_scaling(study):
     """Mean size of the last avalanche, n_f - n_p, against the number of bonds."""
     def panel(axes, model):
         draw_power_law(axes, study, model, "last_avalanche", "$\\langle n_f-n_p\\rangle$")
-    return side_by_side(study, panel)
+    return side_by_side(panel)
 
 
 def last_avalanche_distribution(study):
@@ -150,4 +150,4 @@ def last_avalanche_distribution(study):
         axes.set_xlabel("$(s_m-\\langle s_m\\rangle)/\\Delta_{s_m}$, $s_m=n_f-n_p$")
         axes.set_ylabel("cumulative probability")
         axes.legend(loc="upper left")
-    return side_by_side(study, panel)
+    return side_by_side(panel)

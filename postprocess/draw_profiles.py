@@ -17,7 +17,7 @@ def profile_peak(study):
         axes.set_ylabel("$\\langle p(y)\\rangle$ at peak load")
         axes.set_ylim(bottom=0)
         axes.legend(loc="lower center", ncol=3)
-    return side_by_side(study, panel, sharey=False)
+    return side_by_side(panel, sharey=False)
 
 
 def profile_fourier(study):
@@ -43,7 +43,7 @@ def profile_fourier(study):
             axes.set_ylabel("$\\langle|\\hat p(q)|\\rangle/\\hat p(0)$, " + ("at peak load", "after it")[part])
         rows[1].set_xlabel("wave number $q$ (waves across the sample)")
         rows[0].legend(ncol=2, loc="best")
-    return side_by_side(study, panel, rows=2, height=2.5, sharey=True)
+    return side_by_side(panel, rows=2, height=2.5, sharey=True)
 
 
 def profile_collapse(study):
@@ -71,4 +71,4 @@ def profile_collapse(study):
         small.set_yscale("log")
         small.set_xlabel("$|y-y_\\mathrm{cm}|$")
         small.set_ylabel("$\\langle\\Delta p\\rangle$")
-    return side_by_side(study, panel)
+    return side_by_side(panel)

@@ -35,7 +35,7 @@ def response(study):
         ensemble, breaks, _, index = _sample_of(study, model)
         draw_response(axes, breaks, model, ensemble.failed)
         axes.set_title(f", $L={ensemble.size}$, sample {index}")
-    return side_by_side(study, panel)
+    return side_by_side(panel)
 
 
 def snapshots_of(study, model):
@@ -96,7 +96,7 @@ def _segment_panels(study, side):
         axes[-1].set_xlabel(f"row section $y$   ($L={ensemble.size}$)")
         axes[SEGMENTS // 2].set_ylabel("$p(y)=n_b(y)/(3L+1)$ within the segment")
         axes[SEGMENTS // 2].yaxis.set_label_coords(-0.16, 1.0)
-    figure = side_by_side(study, panel, rows=SEGMENTS, height=0.95)
+    figure = side_by_side(panel, rows=SEGMENTS, height=0.95)
     for one in figure.axes:
         one.yaxis.set_major_locator(plt.MaxNLocator(2))
     return figure

@@ -21,8 +21,8 @@ from run_file import read_run
 STEPS = 50
 
 
-def bond_histories(network, breaks, peak):
-    """break_number int32[M] and break_load float64[M] of every bond; peak: breaks up to and with the peak load."""
+def bond_histories(network, breaks):
+    """break_number int32[M] and break_load float64[M] of every bond."""
     number = np.zeros(len(network.bonds), dtype=np.int32)
     load = np.zeros(len(network.bonds))
     number[breaks.bond] = np.arange(1, len(breaks.bond) + 1)
@@ -31,7 +31,7 @@ def bond_histories(network, breaks, peak):
 
 
 def state_at(number, broken, peak):
-    """int8[M]: 0 intact, 1 broken up to the peak, 2 after it, once `broken` bonds have broken."""
+    """int8[M] once `broken` bonds have broken: 0 intact, 1 broken up to and with break `peak`, 2 after it."""
     is_broken = (number > 0) & (number <= broken)
     return np.where(is_broken, np.where(number <= peak, 1, 2), 0).astype(np.int8)
 
@@ -49,7 +49,7 @@ def write_data(path, run, s, steps):
     """Everything into the HDF5 file; returns a list of (broken bonds, {attribute: (dataset, centre)}) by step."""
     network, breaks, peak = run.network(), run.breaks(s), int(run.n_p[s])
     ends = network.segments().reshape(-1, 2)
-    number, load = bond_histories(network, breaks, peak)
+    number, load = bond_histories(network, breaks)
     snapshots = run.snapshots(s)
     times = [snapshot.number - 1 for snapshot in snapshots] or \
         np.unique(np.append(np.linspace(0, len(breaks.bond), steps).round(), peak)).astype(int).tolist()

@@ -29,7 +29,7 @@ def new_figure(columns=1, rows=1, width=PANEL_WIDTH, height=PANEL_HEIGHT, **opti
     return figure, axes
 
 
-def side_by_side(study, draw_panel, rows=1, height=PANEL_HEIGHT, sharey=False):
+def side_by_side(draw_panel, rows=1, height=PANEL_HEIGHT, sharey=False):
     """draw_panel(axes, model) for every model that has runs, in columns; axes: one, or [rows] of them.
 
     A model whose panel can't be made is left out with the reason in figure.notes. Raises Missing if none can.

@@ -183,7 +183,7 @@ def test_run_still_going_on(runs, tmp_path):
     assert (tmp_path / "figures" / "damage_peak_cdf.pdf").is_file()
 
 
-def test_run_without_failure_and_run_without_breaks(runs, tmp_path):
+def test_run_without_failure_and_run_without_breaks(tmp_path):
     succeed(tmp_path, "-lattice_size 6 -samples 30 -seed 5 -stop breaks=12 -monitor none -output short.h5")
     result = script(tmp_path, "figures.py", "damage_failure_collapse", "damage_peak_cdf", "-i", "short.h5")
     assert result.returncode == 0 and (tmp_path / "damage_peak_cdf.pdf").is_file()
