@@ -51,6 +51,18 @@ void Equilibrium::remove(BondId bond) {
   do_remove(bond);
 }
 
+void Equilibrium::resume(std::span<const double> threshold, std::span<const BondId> bonds,
+                         double intact_stiffness) {
+  reset(threshold);
+  for (const BondId e : bonds) {
+    broken_[e] = 1;
+    threshold_[e] = kNever;
+  }
+  intact_stiffness_ = intact_stiffness;
+  do_resume(bonds);
+  do_settle();
+}
+
 State Equilibrium::scan(std::span<const double> u, Critical& next) {
   const bool magnitude = options_.break_on == BreakOn::magnitude;
   const auto fill = network_.components == 1 ? (magnitude ? fill_ratios<2, true> : fill_ratios<2, false>)

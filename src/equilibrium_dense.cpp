@@ -21,6 +21,8 @@ constexpr double kNullPivot = 1e-10;
 /// Refinement ends when it changes the plate's displacement by less than this fraction, or after so many steps.
 constexpr double kRefined = 1e-14;
 constexpr int kMostRefinements = 10;
+/// Nothing is carried from break to break but pins: as often as may be wanted.
+constexpr std::int64_t kBreaksWorthSettling = 100;
 
 class EquilibriumDense final : public Equilibrium {
  public:
@@ -42,6 +44,7 @@ class EquilibriumDense final : public Equilibrium {
   }
 
   [[nodiscard]] std::span<const double> displacements() override { return u_; }
+  [[nodiscard]] std::int64_t breaks_worth_settling() const override { return kBreaksWorthSettling; }
 
  private:
   void do_reset() override {
@@ -49,6 +52,7 @@ class EquilibriumDense final : public Equilibrium {
     counts_.null_pivots = 0;
   }
   void do_remove(BondId /*bond*/) override {}
+  void do_settle() override { do_reset(); }
 
   /// The lower triangle of K by columns, pinned unknowns with twice their diagonal.
   void assemble() {

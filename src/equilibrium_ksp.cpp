@@ -29,6 +29,9 @@ constexpr double kLargestResidual = 1e-12;
 constexpr double kDefaultTolerance = 1e-12;
 constexpr double kDefaultDivergence = 1e20;
 constexpr int kDefaultIterations = 100000;
+/// A factor of one's own costs 30 breaks; a solver that starts afresh at every break hardly notices another start.
+constexpr std::int64_t kBreaksWorthSettlingUpdown = 2500;
+constexpr std::int64_t kBreaksWorthSettling = 100;
 
 /// An error whose message has the value of a solver's option is put down to that option.
 void check_options(PetscErrorCode code) {
@@ -44,10 +47,15 @@ class EquilibriumKsp final : public Equilibrium {
   [[nodiscard]] State find_critical(Critical& next) override;
   [[nodiscard]] std::span<const double> displacements() override;
   [[nodiscard]] EquilibriumCounts counts() const override;
+  [[nodiscard]] std::int64_t breaks_worth_settling() const override {
+    return updown_ ? kBreaksWorthSettlingUpdown : kBreaksWorthSettling;
+  }
 
  private:
   void do_reset() override;
   void do_remove(BondId bond) override;
+  void do_settle() override;
+  void do_resume(std::span<const BondId> bonds) override;
   void create_solver();
   /// Fills u_; `failed` when K is singular.
   [[nodiscard]] State solve();
@@ -119,6 +127,23 @@ void EquilibriumKsp::do_reset() {
   if (!updown_) return;
   const PhaseScope scope(times_, Phase::factor);
   pc_updown_restore(pc_);
+}
+
+void EquilibriumKsp::do_settle() {
+  check(VecZeroEntries(u_));
+  check_due_ = false;
+  const PhaseScope scope(times_, Phase::factor);
+  if (updown_) {
+    loose_ = !pc_updown_refactor(pc_);
+  } else {
+    check(PCReset(pc_));  // what it made of earlier matrices goes, an ordering, say
+  }
+}
+
+void EquilibriumKsp::do_resume(std::span<const BondId> bonds) {
+  const PhaseScope scope(times_, Phase::assembly);
+  removed_.assign(bonds.begin(), bonds.end());
+  matrix_.update(bonds, broken());
 }
 
 void EquilibriumKsp::do_remove(BondId bond) {

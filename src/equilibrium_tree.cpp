@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "crackle/tree_factor.hpp"
@@ -19,6 +20,10 @@ constexpr double kMostError = 1e-12;
 /// Entries of a factor that is copied, to be restored for the next sample. A larger one (L = 256) is made anew: 1 %
 /// of a sample's time for a third of its memory.
 constexpr std::int64_t kMostKept = 4'000'000;
+/// A factorization takes as long as half a break for each row of nodes (L = 256: 125 breaks, 512: 240). Samples of
+/// fewer breaks than this take less than half a minute.
+constexpr double kBreaksPerRow = 25;
+constexpr double kBreaksOfShortSample = 10'000;
 
 class EquilibriumTree final : public Equilibrium {
  public:
@@ -58,6 +63,11 @@ class EquilibriumTree final : public Equilibrium {
     return displacement_;
   }
 
+  [[nodiscard]] std::int64_t breaks_worth_settling() const override {
+    const double rows = std::sqrt(static_cast<double>(network_.unknowns) / network_.components);
+    return std::llround(std::max(kBreaksOfShortSample, kBreaksPerRow * rows));
+  }
+
   [[nodiscard]] EquilibriumCounts counts() const override {
     EquilibriumCounts counts = counts_;
     counts.factorizations = factor_.factorizations();
@@ -83,10 +93,15 @@ class EquilibriumTree final : public Equilibrium {
       factor_.restore();
     }
     intact_null_pivots_ = factor_.null_pivots();
-    batch_.reset(threshold());
-    head_ = 0;
-    unchecked_ = 0;
-    state_ = has_failed(factor_.stiffness()) ? State::failed : State::carrying;
+    start_from_factor();
+  }
+
+  void do_settle() override {
+    {
+      const PhaseScope scope(times_, Phase::factor);
+      factor_.factorize(broken());
+    }
+    start_from_factor();
   }
 
   void do_remove(BondId bond) override {
@@ -97,6 +112,14 @@ class EquilibriumTree final : public Equilibrium {
   }
 
  private:
+  /// Nothing waits, nothing is predicted.
+  void start_from_factor() {
+    batch_.reset(threshold());
+    head_ = 0;
+    unchecked_ = 0;
+    state_ = has_failed(factor_.stiffness()) ? State::failed : State::carrying;
+  }
+
   /// At least one verified break, or another state than carrying.
   void advance() {
     if (batch_.full() && !take_in()) return;

@@ -1,8 +1,7 @@
 #include "crackle/fracture.hpp"
 
-#include <chrono>
-
 #include "crackle/error.hpp"
+#include "crackle/record.hpp"
 
 namespace crackle {
 
@@ -42,25 +41,68 @@ void check_end(State state, const SampleSummary& summary, const Equilibrium& equ
 
 }  // namespace
 
+Fracture::Fracture(Equilibrium& equilibrium, const StopRule& stop, std::span<Observer* const> observers,
+                   std::int64_t settle_every)
+    : equilibrium_(equilibrium), stop_(stop), observers_(observers), settle_every_(settle_every) {}
+
+void Fracture::begin(std::int64_t index, std::span<const double> threshold) {
+  start_ = std::chrono::steady_clock::now();
+  earlier_ = 0;
+  settled_ = false;
+  summary_ = {.index = index};
+  for (Observer* observer : observers_) observer->sample_begins(index);
+  equilibrium_.reset(threshold);
+}
+
+void Fracture::resume(const SampleRecord& begun, std::span<const double> threshold) {
+  start_ = std::chrono::steady_clock::now();
+  earlier_ = begun.summary.wall_time;
+  settled_ = true;
+  summary_ = begun.summary;
+  for (Observer* observer : observers_) {
+    observer->sample_begins(summary_.index);
+    observer->sample_resumes(begun);
+  }
+  equilibrium_.resume(threshold, begun.bond, summary_.initial_stiffness);
+}
+
+bool Fracture::step() {
+  Critical next;
+  settled_ = false;
+  const State state = equilibrium_.find_critical(next);
+  if (state == State::carrying) summary_.initial_stiffness = equilibrium_.intact_stiffness();
+  if (state != State::carrying || reached(stop_, summary_, next)) {
+    finish(state);
+    return false;
+  }
+  count_break(next, summary_);
+  for (Observer* observer : observers_) observer->bond_breaks(summary_.n_f, next, equilibrium_);
+  equilibrium_.remove(next.bond);
+  settled_ = settle_every_ > 0 && summary_.n_f % settle_every_ == 0;
+  if (settled_) equilibrium_.settle();
+  return true;
+}
+
+SampleSummary Fracture::summary() const {
+  SampleSummary now = summary_;
+  now.wall_time =
+      earlier_ + std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  return now;
+}
+
+void Fracture::finish(State state) {
+  check_end(state, summary_, equilibrium_);
+  const SampleSummary ended = summary();
+  for (Observer* observer : observers_) observer->sample_ends(ended);
+}
+
 SampleSummary break_sample(Equilibrium& equilibrium, std::int64_t index, std::span<const double> threshold,
                            const StopRule& stop, std::span<Observer* const> observers) {
-  const auto start = std::chrono::steady_clock::now();
-  SampleSummary summary{.index = index};
-  for (Observer* observer : observers) observer->sample_begins(index);
-  equilibrium.reset(threshold);
-  Critical next;
-  State state = State::carrying;
-  while ((state = equilibrium.find_critical(next)) == State::carrying) {
-    summary.initial_stiffness = equilibrium.intact_stiffness();
-    if (reached(stop, summary, next)) break;
-    count_break(next, summary);
-    for (Observer* observer : observers) observer->bond_breaks(summary.n_f, next, equilibrium);
-    equilibrium.remove(next.bond);
+  Fracture sample(equilibrium, stop, observers);
+  sample.begin(index, threshold);
+  while (sample.step()) {
   }
-  check_end(state, summary, equilibrium);
-  summary.wall_time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  for (Observer* observer : observers) observer->sample_ends(summary);
-  return summary;
+  return sample.summary();
 }
 
 }  // namespace crackle

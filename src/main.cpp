@@ -1,16 +1,19 @@
 /// Breaks disordered lattices bond by bond:
 ///
 ///   crackle -options_file options/paper_spring.opts -lattice_size 64 -samples 20
-///   crackle -model fuse -lattice_size 32 -samples 100 -output fuse.h5
+///   mpirun -n 16 crackle -lattice_size 8,16,32 -samples 4000,2000,500 -output paper.h5
 ///   crackle -lattice file -lattice_file network.h5 -disorder file
 ///   crackle -options_file options/solver_mumps.opts -lattice_size 32 -log_view
 
 #include <chrono>
 #include <cstdio>
+#include <deque>
 #include <exception>
 
 #include "crackle/ensemble.hpp"
 #include "crackle/equilibrium_tree.hpp"
+#include "crackle/error.hpp"
+#include "crackle/interrupt.hpp"
 #include "crackle/network_file.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/pc_updown.hpp"
@@ -21,39 +24,109 @@
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using Files = std::vector<std::unique_ptr<crackle::RunFile>>;
 
-void break_lattices() {
+/// One size of the run.
+struct Study {
+  crackle::Scene scene;
+  crackle::IntactNetwork intact;
+  crackle::RunHeader header;
+};
+
+std::deque<Study> make_studies(std::vector<crackle::Scene> scenes, const crackle::Ranks& ranks) {
+  std::deque<Study> studies;  // what is in it has a lasting place
+  for (crackle::Scene& scene : scenes) {
+    Study& study = studies.emplace_back(std::move(scene));
+    study.scene.equilibrium.ranks = &ranks;
+    study.scene.output.writers = ranks.groups();
+    study.intact = crackle::load_network(study.scene.network);
+    study.header = crackle::make_header(study.scene, study.intact);
+  }
+  return studies;
+}
+
+std::vector<crackle::Run> make_runs(const std::deque<Study>& studies) {
+  std::vector<crackle::Run> runs;
+  for (const Study& study : studies) {
+    runs.push_back(crackle::make_run(study.scene, study.intact, study.header));
+    if (studies.size() > 1) runs.back().name = "L = " + std::to_string(study.scene.network.size);
+    if (!study.scene.tree_view) continue;
+    runs.back().inspect = [](const crackle::Equilibrium& equilibrium) {
+      std::printf("\n%s", crackle::describe(crackle::tree_counts(equilibrium)).c_str());
+    };
+  }
+  return runs;
+}
+
+/// Puts the run files together and prints what is in them.
+void report(const std::vector<crackle::Run>& runs, const Files& files, std::vector<crackle::RunTotals>& totals,
+            Clock::time_point start, const crackle::Ranks& ranks) {
+  const auto seconds_since = [](Clock::time_point then) {
+    return std::chrono::duration<double>(Clock::now() - then).count();
+  };
+  const bool alone = runs.size() == 1 && ranks.groups() == 1;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const auto begun = Clock::now();
+    const auto samples = crackle::finish(*files[i], totals[i].times);
+    const double seconds = alone ? seconds_since(start) : totals[i].seconds + seconds_since(begun);
+    crackle::print_report(samples, totals[i].counts, totals[i].times, seconds, runs[i].output.path);
+  }
+  if (!alone) crackle::print_run_time(seconds_since(start), ranks.processes());
+}
+
+/// Returns the exit status.
+int break_lattices() {
   // 1. start
   const auto start = Clock::now();
+  crackle::catch_interrupts();
   crackle::petsc::check(crackle::register_pc_updown());
   crackle::petsc::LogStage stage("Set-up");
-  crackle::PhaseTimes times;
 
-  // 2. options
-  const crackle::Scene scene = crackle::read_scene();
+  // 2. options, and the processes that share the work
+  std::vector<crackle::Scene> scenes = crackle::read_scenes();
+  const crackle::Ranks ranks(PETSC_COMM_WORLD, scenes.front().ensemble.ranks_per_sample);
+  const bool help = scenes.front().help;
 
-  // 3. the intact network and the strategy that keeps it in equilibrium; the options used, echoed
-  const crackle::IntactNetwork intact = crackle::load_network(scene.network);
-  const auto equilibrium = crackle::make_equilibrium(intact.network, scene.equilibrium, times);
-  if (scene.help) return;
-  crackle::reject_unused_options();
-  const crackle::RunHeader header = crackle::make_header(scene, intact);
-  std::printf("%s", header.options.c_str());
+  // 3. the intact networks and the first strategy to keep one in equilibrium; the options used, echoed
+  std::deque<Study> studies;
+  std::vector<crackle::Run> runs;
+  ranks.together([&] { studies = make_studies(std::move(scenes), ranks); });
+  ranks.together([&] { runs = make_runs(studies); });
+  std::vector<crackle::RunTotals> totals(runs.size());
+  const std::size_t largest = crackle::largest_run(runs);
+  std::unique_ptr<crackle::Equilibrium> equilibrium;
+  ranks.together([&] {
+    equilibrium = crackle::make_equilibrium(runs[largest].network, runs[largest].equilibrium,
+                                            totals[largest].times);
+    if (!help) crackle::reject_unused_options();
+  });
+  if (help) return 0;
 
   // 4. where results go
-  const crackle::Run run = crackle::make_run(scene, intact);
-  crackle::RunFile file(scene.output, header);
+  Files files;
+  ranks.together([&] {
+    if (!ranks.first()) return;
+    for (const Study& study : studies) {
+      std::printf("%s", study.header.options.c_str());
+      files.push_back(std::make_unique<crackle::RunFile>(study.scene.output, study.header));
+    }
+    std::fflush(stdout);
+  });
 
   // 5. break every sample
   stage.next("Breaks");
-  crackle::run_ensemble(run, *equilibrium, file, times);
+  const crackle::EnsembleEnd end =
+      crackle::run_ensemble(runs, ranks, files, std::move(equilibrium), totals);
+  if (!end.complaint.empty()) throw crackle::SolverError(end.complaint);
 
   // 6. what came out
   stage.next("Output");
-  const auto samples = crackle::finish(file, times);
-  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  crackle::print_report(samples, equilibrium->counts(), times, seconds, scene.output.path);
-  if (scene.tree_view) std::printf("%s", crackle::describe(crackle::tree_counts(*equilibrium)).c_str());
+  ranks.together([&] {
+    if (ranks.first()) report(runs, files, totals, start, ranks);
+    if (ranks.first() && end.signal != 0) crackle::print_early_end(end.signal);
+  });
+  constexpr int kSignalled = 128;  // as a shell tells of a signal
+  return end.signal == 0 ? 0 : kSignalled + end.signal;
 }
 
 int complain(const std::exception& error) {
@@ -68,8 +141,7 @@ int main(int argc, char** argv) {
   try {
     const crackle::petsc::Session session(argc, argv, crackle::help_text().c_str());
     try {
-      break_lattices();
-      return 0;
+      return break_lattices();
     } catch (const std::exception& error) {
       return session.first() ? complain(error) : 1;
     }

@@ -8,6 +8,12 @@ void ObserveBreaks::sample_begins(std::int64_t /*index*/) {
   record_.stiffness.clear();
 }
 
+void ObserveBreaks::sample_resumes(const SampleRecord& begun) {
+  record_.bond = begun.bond;
+  record_.load = begun.load;
+  record_.stiffness = begun.stiffness;
+}
+
 void ObserveBreaks::bond_breaks(std::int32_t /*number*/, const Critical& critical,
                                 Equilibrium& /*equilibrium*/) {
   record_.bond.push_back(critical.bond);

@@ -30,6 +30,12 @@ void ObserveProfile::sample_begins(std::int64_t /*index*/) {
   peak_load_ = -1;
 }
 
+void ObserveProfile::sample_resumes(const SampleRecord& begun) {
+  record_.profile_peak = begun.profile_peak;
+  record_.profile_failure = begun.profile_failure;
+  peak_load_ = begun.summary.peak_load;
+}
+
 void ObserveProfile::bond_breaks(std::int32_t /*number*/, const Critical& critical,
                                  Equilibrium& /*equilibrium*/) {
   ++record_.profile_failure[section_[critical.bond]];

@@ -12,6 +12,10 @@ void ObserveSnapshot::sample_begins(std::int64_t /*index*/) {
   record_.snapshots.clear();
 }
 
+void ObserveSnapshot::sample_resumes(const SampleRecord& begun) {
+  record_.snapshots = begun.snapshots;
+}
+
 void ObserveSnapshot::bond_breaks(std::int32_t number, const Critical& critical, Equilibrium& equilibrium) {
   if (!std::ranges::binary_search(at_, number)) return;
   record_.snapshots.push_back(take_snapshot(number, critical.load, equilibrium));

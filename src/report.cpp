@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <numeric>
 #include <vector>
 
@@ -79,6 +80,14 @@ void print_report(std::span<const SampleSummary> samples, const EquilibriumCount
     print_counts(counts);
   }
   std::printf("written: %s\n", path.c_str());
+}
+
+void print_run_time(double seconds, int processes) {
+  std::printf("\nall of it: %.3f s on %d process%s\n", seconds, processes, processes == 1 ? "" : "es");
+}
+
+void print_early_end(int signal) {
+  std::printf("ended early by signal %d (%s); -resume goes on\n", signal, strsignal(signal));
 }
 
 }  // namespace crackle

@@ -1,12 +1,15 @@
 #include "crackle/run_file.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
-#include <stdexcept>
+#include <utility>
 
 #include "crackle/error.hpp"
 #include "crackle/hdf5_handle.hpp"
@@ -18,28 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void sync_to_disk(const std::string& path, int flags) {
-  const int descriptor = open(path.c_str(), flags);  // NOLINT(*-vararg): POSIX
-  if (descriptor < 0) return;
-  const bool synced = fsync(descriptor) == 0;
-  close(descriptor);
-  if (!synced) throw std::runtime_error("could not sync " + path + " to disk");
-}
-
-std::string folder_of(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
-  return folder.empty() ? "." : folder.string();
-}
-
-std::vector<std::string> shard_paths(const std::string& folder) {
-  std::vector<std::string> paths;
-  if (!fs::is_directory(folder)) return paths;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() == ".h5") paths.push_back(entry.path().string());
-  }
-  std::ranges::sort(paths);
-  return paths;
-}
+constexpr const char* kLock = "/lock";
 
 std::string value_of(const std::string& options, const std::string& name) {
   const std::size_t at = ("\n" + options).find("\n" + name + " ");
@@ -58,43 +40,92 @@ std::string read_checksum(const std::string& path) {
 RunFile::RunFile(OutputOptions options, RunHeader header)
     : options_(std::move(options)),
       header_(std::move(header)),
-      shard_folder_(options_.path + ".shards"),
-      last_flush_(std::chrono::steady_clock::now()) {
-  const bool there = fs::exists(options_.path) || fs::exists(shard_folder_);
+      shards_(options_.path, header_, options_.record, 0, options_.writers) {
+  const bool there = fs::exists(options_.path) || fs::exists(shard_folder(options_.path));
   if (there && !options_.resume && !options_.overwrite) {
     throw InputError(
         "-output", options_.path,
         "a file that doesn't exist yet; -resume continues the run it holds, -overwrite replaces it");
   }
   check_writable();
-  if (there && options_.resume) resume();
+  if (!there || !options_.resume) return;
+  try {
+    if (fs::exists(shard_folder(options_.path))) lock();
+    resume();
+  } catch (...) {
+    unlock();
+    throw;
+  }
+}
+
+RunFile::~RunFile() {
+  unlock();
 }
 
 /// By writing: permissions alone don't tell of read-only or special file systems.
 void RunFile::check_writable() const {
   const bool other_kind = fs::exists(options_.path) && !fs::is_regular_file(options_.path);
+  const std::string name = options_.path + ".part" + std::to_string(getpid());
   try {
     if (other_kind) throw InputError("a folder or a device");
-    { const hdf5::Handle probe = hdf5::create_file(options_.path + ".part"); }
-    fs::remove(options_.path + ".part");
+    { const hdf5::Handle probe = hdf5::create_file(name); }
+    fs::remove(name);
   } catch (const std::exception&) {
     throw InputError("-output", options_.path, "a plain file in a folder that exists and can be written");
   }
 }
 
-/// From here on the output is this run's: an old one goes, an empty one stands until the end.
+/// The system lets go of the lock when the process ends, however it ends.
+void RunFile::lock() {
+  if (lock_ >= 0) return;
+  const std::string path = shard_folder(options_.path) + kLock;
+  while (true) {
+    const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);  // NOLINT(*-vararg): POSIX
+    if (descriptor < 0) throw InputError("-output", options_.path, "a file in a folder that can be written");
+    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      close(descriptor);
+      throw InputError("-output", options_.path, "a file that no other run is writing");
+    }
+    struct stat status {};
+    if (fstat(descriptor, &status) == 0 && status.st_nlink > 0) {
+      lock_ = descriptor;
+      return;
+    }
+    close(descriptor);  // its holder took it away between our two steps
+  }
+}
+
+void RunFile::unlock() {
+  if (lock_ < 0) return;
+  std::remove((shard_folder(options_.path) + kLock).c_str());
+  close(std::exchange(lock_, -1));
+}
+
 void RunFile::claim() {
   if (claimed_) return;
-  const bool theirs = !options_.resume && !options_.overwrite && fs::exists(options_.path);
-  if (theirs) throw InputError("-output", options_.path, "a file that no other run has begun meanwhile");
-  if (!options_.resume) fs::remove_all(shard_folder_);
-  if (!options_.resume || !fs::exists(options_.path)) write_atomically(options_.path, {});
-  fs::create_directories(shard_folder_);
+  const auto refuse_theirs = [this] {
+    if (options_.resume || options_.overwrite || !fs::exists(options_.path)) return;
+    throw InputError("-output", options_.path, "a file that no other run has begun meanwhile");
+  };
+  refuse_theirs();
+  fs::create_directories(shard_folder(options_.path));
+  lock();
+  refuse_theirs();
+  if (!options_.resume) {
+    for (const auto& entry : fs::directory_iterator(shard_folder(options_.path))) {
+      if ("/" + entry.path().filename().string() != kLock) fs::remove_all(entry.path());
+    }
+  }
+  if (!options_.resume || !fs::exists(options_.path)) {
+    write_atomically(options_.path,
+                     [this](const std::string& name) { write_run(name, header_, options_.record, {}); });
+  }
   claimed_ = true;
 }
 
 void RunFile::resume() {
-  std::vector<std::string> paths = shard_paths(shard_folder_);
+  std::vector<std::string> paths = shard_paths(options_.path);
+  for (const std::string& path : checkpoint_paths(options_.path)) paths.push_back(path);
   if (fs::exists(options_.path)) paths.push_back(options_.path);
   for (const std::string& path : paths) {
     const std::string differing = differing_options(header_.options, read_options_text(path));
@@ -107,42 +138,25 @@ void RunFile::resume() {
                        "with another network than before in " + value_of(header_.options, "-lattice_file"),
                        "the network it was begun with");
     }
+    if (path.ends_with(kCheckpoint)) continue;
     for (const SampleRecord& record : read_records(path)) finished_.insert(record.summary.index);
-  }
-  while (fs::exists(shard_folder_ + "/" + std::to_string(shards_) + ".h5")) ++shards_;
-}
-
-void RunFile::write_atomically(const std::string& path, std::span<const SampleRecord> records) const {
-  const std::string temporary = path + ".part";
-  try {
-    write_run(temporary, header_, options_.record, records);
-    sync_to_disk(temporary, O_RDONLY);
-    fs::rename(temporary, path);
-    sync_to_disk(folder_of(path), O_RDONLY | O_DIRECTORY);
-  } catch (...) {
-    std::remove(temporary.c_str());
-    throw;
   }
 }
 
 void RunFile::add(SampleRecord record) {
-  waiting_.push_back(std::move(record));
-  const std::chrono::duration<double> age = std::chrono::steady_clock::now() - last_flush_;
-  if (age.count() >= kFlushSeconds) flush();
+  shards_.add(std::move(record));
+  if (shards_.due()) flush();
 }
 
 void RunFile::flush() {
-  last_flush_ = std::chrono::steady_clock::now();
-  if (waiting_.empty()) return;
+  if (!shards_.waiting()) return;
   claim();
-  write_atomically(shard_folder_ + "/" + std::to_string(shards_) + ".h5", waiting_);
-  ++shards_;
-  waiting_.clear();
+  shards_.flush();
 }
 
 std::vector<SampleRecord> RunFile::collect() const {
   std::vector<SampleRecord> all = read_records(options_.path);
-  for (const std::string& path : shard_paths(shard_folder_)) {
+  for (const std::string& path : shard_paths(options_.path)) {
     for (SampleRecord& record : read_records(path)) all.push_back(std::move(record));
   }
   const auto index = [](const SampleRecord& record) { return record.summary.index; };
@@ -152,17 +166,36 @@ std::vector<SampleRecord> RunFile::collect() const {
   return all;
 }
 
+/// Checkpoints of samples that are still to be finished stay.
+void RunFile::clear_folder(const std::set<std::int64_t>& merged) const {
+  std::set<std::string> kept;
+  for (const std::string& path : checkpoint_paths(options_.path)) kept.insert(path);
+  for (const std::int64_t index : merged) kept.erase(checkpoint_path(options_.path, index));
+  const std::string folder = shard_folder(options_.path);
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!kept.contains(entry.path().string())) fs::remove_all(entry.path());
+  }
+  if (kept.empty()) fs::remove(folder);
+}
+
 std::vector<SampleSummary> RunFile::finish() {
   flush();
   if (!fs::exists(options_.path)) claim();  // a run killed before its first merge has shards only
   const std::vector<SampleRecord> all = collect();
-  if (fs::exists(shard_folder_)) {
-    write_atomically(options_.path, all);
-    fs::remove_all(shard_folder_);
-  }
   std::vector<SampleSummary> summaries;
+  std::set<std::int64_t> merged;
   summaries.reserve(all.size());
-  for (const SampleRecord& record : all) summaries.push_back(record.summary);
+  for (const SampleRecord& record : all) {
+    summaries.push_back(record.summary);
+    merged.insert(record.summary.index);
+  }
+  if (fs::exists(shard_folder(options_.path))) {
+    lock();
+    write_atomically(options_.path,
+                     [&](const std::string& name) { write_run(name, header_, options_.record, all); });
+    clear_folder(merged);
+    unlock();
+  }
   return summaries;
 }
 

@@ -188,21 +188,27 @@ void write_run(const std::string& path, const RunHeader& header, const RecordOpt
     write_network(file, *header.network, threshold.first(records.size() <= 1 ? threshold.size() : 0));
 }
 
-std::vector<SampleRecord> read_records(const std::string& path) {
+namespace {
+
+/// read(file), its complaints with the file's name.
+template <class Read>
+auto read_from(const std::string& path, Read read) {
   const hdf5::Handle file = hdf5::open_file(path);
   try {
-    return read_file(file);
+    return read(file);
   } catch (const InputError& error) {
     throw InputError("run file " + path + ": " + error.what());
   }
 }
 
+}  // namespace
+
+std::vector<SampleRecord> read_records(const std::string& path) {
+  return read_from(path, [](hid_t file) { return read_file(file); });
+}
+
 std::string read_options_text(const std::string& path) {
-  try {
-    return hdf5::read_text(hdf5::open_file(path), "options");
-  } catch (const InputError& error) {
-    throw InputError("run file " + path + ": " + error.what());
-  }
+  return read_from(path, [](hid_t file) { return hdf5::read_text(file, "options"); });
 }
 
 }  // namespace crackle

@@ -4,8 +4,10 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "crackle/error.hpp"
@@ -20,10 +22,40 @@ using petsc::check;
 
 constexpr std::int64_t kMostSamples = 1'000'000'000;
 
-/// Reads one option after the other and notes the value used.
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> words;
+  std::istringstream stream(list);
+  for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
+  return words;
+}
+
+/// Reads one option after the other and notes the value used. Of options that list a value for each size of the run,
+/// it takes that of one size.
 class Reader {
  public:
+  explicit Reader(std::size_t part = 0, std::size_t parts = 1) : part_(part), parts_(parts) {}
+
+  /// One value for all sizes, or one for each.
+  std::string listed(const char* name) {
+    const std::string list = text(name);
+    const std::vector<std::string> values = split(list);
+    const bool ends_well = !list.empty() && list.back() != ',';
+    if (!ends_well || (values.size() != 1 && values.size() != parts_)) {
+      throw InputError(name, list,
+                       std::string(find_option(name).allowed) + "; as many as -lattice_size has (" +
+                           std::to_string(parts_) + "), or one");
+    }
+    return used_[name] = values.size() == 1 ? values.front() : values[part_];
+  }
+
+  template <class Number>
+  Number listed_number(const char* name, Number least) {
+    const std::string value = listed(name);
+    return parse(name, value, value, least);
+  }
+
   [[nodiscard]] const std::map<std::string, std::string>& used() const { return used_; }
+  [[nodiscard]] std::size_t parts() const { return parts_; }
 
   [[nodiscard]] bool given(const char* name) const {
     PetscBool set = PETSC_FALSE;
@@ -41,7 +73,7 @@ class Reader {
   }
 
   /// Notes a value that follows from other options.
-  std::string note(const char* name, const char* value) { return used_[name] = value; }
+  std::string note(const char* name, const std::string& value) { return used_[name] = value; }
 
   /// The place of the value among the words allowed.
   template <class Choice>
@@ -88,6 +120,8 @@ class Reader {
   }
 
  private:
+  std::size_t part_;
+  std::size_t parts_;
   std::map<std::string, std::string> used_;
 };
 
@@ -105,7 +139,7 @@ NetworkOptions read_network(Reader& reader) {
       throw InputError("-lattice_file", "not given", find_option("-lattice_file").allowed);
     return options;
   }
-  options.size = reader.number("-lattice_size", 1);
+  options.size = reader.listed_number("-lattice_size", 1);
   if (options.size > kLargestSize) {
     throw InputError("-lattice_size", std::to_string(options.size), find_option("-lattice_size").allowed);
   }
@@ -137,13 +171,6 @@ StopRule read_stop(Reader& reader) {
   throw InputError("-stop", value, find_option("-stop").allowed);
 }
 
-std::vector<std::string> split(const std::string& list) {
-  std::vector<std::string> words;
-  std::istringstream stream(list);
-  for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
-  return words;
-}
-
 RecordOptions read_record(Reader& reader) {
   RecordOptions record;
   record.breaks = false;
@@ -169,6 +196,13 @@ RecordOptions read_record(Reader& reader) {
   return record;
 }
 
+/// paper.h5 of the sizes 8 and 16: paper_8.h5, paper_16.h5.
+std::string output_of_size(const std::string& path, int size) {
+  const std::filesystem::path whole(path);
+  const std::string name = whole.stem().string() + "_" + std::to_string(size) + whole.extension().string();
+  return (whole.parent_path() / name).string();
+}
+
 OutputOptions read_output(Reader& reader) {
   OutputOptions options;
   options.path = reader.text("-output");
@@ -181,8 +215,11 @@ OutputOptions read_output(Reader& reader) {
 
 EnsembleOptions read_ensemble(Reader& reader, bool one_sample) {
   EnsembleOptions options;
-  options.samples = reader.number("-samples", std::int64_t{1});
-  options.first_sample = reader.number("-first_sample", std::int64_t{0});
+  options.samples = reader.listed_number("-samples", std::int64_t{1});
+  options.first_sample = reader.listed_number("-first_sample", std::int64_t{0});
+  options.ranks_per_sample = reader.number("-ensemble_ranks_per_sample", 1);
+  options.checkpoint_every = reader.number("-checkpoint_every", 0.0);
+  options.checkpoint_breaks = reader.number("-checkpoint_breaks", std::int64_t{0});
   options.stop = read_stop(reader);
   options.monitor =
       reader.choice("-monitor", {std::pair{"auto", Monitor::automatic}, {"none", Monitor::none}});
@@ -199,9 +236,14 @@ EnsembleOptions read_ensemble(Reader& reader, bool one_sample) {
 }
 
 void read_strategy(Reader& reader, Scene& scene) {
-  // who names a KSP or a PC, if only to view it, wants it used
-  const bool named = reader.given("-equilibrium") || solver_options().empty();
+  // who names a KSP or a PC, if only to view it, wants it used; and no other strategy shares a sample
+  const bool shared = scene.ensemble.ranks_per_sample > 1;
+  const bool named = reader.given("-equilibrium") || (solver_options().empty() && !shared);
   scene.equilibrium.strategy = named ? reader.text("-equilibrium") : reader.note("-equilibrium", "ksp");
+  if (shared && scene.equilibrium.strategy != "ksp") {
+    throw InputError("-ensemble_ranks_per_sample", std::to_string(scene.ensemble.ranks_per_sample),
+                     "1 with -equilibrium " + scene.equilibrium.strategy + ", more with ksp");
+  }
   if (scene.equilibrium.strategy != "tree") return;
   scene.equilibrium.verify = reader.flag("-equilibrium_tree_verify");
   scene.tree_view = reader.flag("-equilibrium_tree_view");
@@ -214,34 +256,64 @@ const std::string& help_text() {
   return text;
 }
 
-Scene read_scene() {
-  PetscMPIInt processes = 1;
-  MPI_Comm_size(PETSC_COMM_WORLD, &processes);
-  if (processes > 1) throw InputError("mpirun with processes:", std::to_string(processes), "1");
-  reject_stray_words();
-  Reader reader;
+namespace {
+
+Scene read_scene(Reader reader) {
   Scene scene;
   scene.help = reader.given("-help");
   scene.network = read_network(reader);
   scene.disorder = read_disorder(reader, scene.network.from_file);
   scene.equilibrium.break_on =
       reader.choice("-break_on", {std::pair{"magnitude", BreakOn::magnitude}, {"tension", BreakOn::tension}});
-  read_strategy(reader, scene);
   scene.ensemble = read_ensemble(reader, scene.disorder.from_file);
+  read_strategy(reader, scene);
   scene.equilibrium.many_samples = scene.ensemble.samples > 1;
   scene.output = read_output(reader);
+  if (reader.parts() > 1) {
+    scene.output.path =
+        reader.note("-output", output_of_size(scene.output.path, scene.network.size));
+  }
   scene.options = solver_options();
   for (const auto& [name, value] : reader.used()) scene.options[name] = value;
   return scene;
 }
 
-Run make_run(const Scene& scene, const IntactNetwork& intact) {
+/// How many sizes the run has.
+std::size_t count_sizes() {
+  Reader reader;
+  if (reader.text("-lattice") == "file") return 1;
+  return std::max<std::size_t>(1, split(reader.text("-lattice_size")).size());
+}
+
+}  // namespace
+
+std::vector<Scene> read_scenes() {
+  reject_stray_words();
+  std::vector<Scene> scenes;
+  std::set<int> sizes;
+  const std::size_t parts = count_sizes();
+  for (std::size_t part = 0; part < parts; ++part) {
+    scenes.push_back(read_scene(Reader(part, parts)));
+    if (!sizes.insert(scenes.back().network.size).second) {
+      throw InputError("-lattice_size", Reader().text("-lattice_size"), "every size once");
+    }
+  }
+  return scenes;
+}
+
+Run make_run(const Scene& scene, const IntactNetwork& intact, const RunHeader& header) {
   if (scene.disorder.from_file && intact.threshold.empty()) {
     throw InputError("-disorder", "file",
                      "uniform: " + scene.network.file + " has no /network/bonds/threshold");
   }
-  return {scene.ensemble, scene.disorder, scene.output.record, intact.threshold,
-          scene.network.from_file ? 1 : scene.network.row_spacing};
+  return {.network = intact.network,
+          .equilibrium = scene.equilibrium,
+          .ensemble = scene.ensemble,
+          .disorder = scene.disorder,
+          .output = scene.output,
+          .header = header,
+          .threshold = intact.threshold,
+          .row_spacing = scene.network.from_file ? 1 : scene.network.row_spacing};
 }
 
 RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {

@@ -45,11 +45,14 @@ struct EquilibriumCounts {
   double largest_residual = 0;      ///< largest backward error measured
 };
 
+class Ranks;
+
 struct EquilibriumOptions {
   std::string strategy = "tree";  ///< name in `-equilibrium`
   BreakOn break_on = BreakOn::magnitude;
   bool verify = false;       ///< tree: compare every break with a full solve by a fresh factor
   bool many_samples = true;  ///< reset will be called again: keep what makes it cheap
+  const Ranks* ranks = nullptr;  ///< whose group keeps the network in equilibrium together; null: this process alone
 };
 
 /// F below this fraction of the intact network's F is failure.
@@ -84,6 +87,16 @@ class Equilibrium {
   /// Removes a bond that find_critical named.
   void remove(BondId bond);
 
+  /// From here on every number follows from thresholds and broken bonds alone, to the last bit, not from how
+  /// they came to break: factors are made anew, predictions forgotten. Between remove and find_critical.
+  void settle() { do_settle(); }
+
+  /// A sample that settled after these breaks (in their order), as it was then. intact_stiffness: that sample's.
+  void resume(std::span<const double> threshold, std::span<const BondId> bonds, double intact_stiffness);
+
+  /// Breaks after which settling again costs one or two per cent of their time.
+  [[nodiscard]] virtual std::int64_t breaks_worth_settling() const = 0;
+
   /// Displacements at unit plate load of the state that find_critical saw last (size: unknowns).
   [[nodiscard]] virtual std::span<const double> displacements() = 0;
 
@@ -98,6 +111,9 @@ class Equilibrium {
  protected:
   virtual void do_reset() = 0;              ///< broken() and threshold() are the new sample's already
   virtual void do_remove(BondId bond) = 0;  ///< broken()[bond] is 1 already
+  virtual void do_settle() = 0;
+  /// Just after do_reset, broken() and threshold() tell of these bonds already; do_settle follows.
+  virtual void do_resume(std::span<const BondId> /*bonds*/) {}
 
   /// Scans every force that u (unit plate load, size n) implies. `failed` when no ratio is above 0.
   [[nodiscard]] State scan(std::span<const double> u, Critical& next);

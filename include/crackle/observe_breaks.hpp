@@ -10,6 +10,7 @@ class ObserveBreaks final : public Observer {
   /// Fills record.bond, load and stiffness, afresh for each sample.
   explicit ObserveBreaks(SampleRecord& record) : record_(record) {}
   void sample_begins(std::int64_t index) override;
+  void sample_resumes(const SampleRecord& begun) override;
   void bond_breaks(std::int32_t number, const Critical& critical, Equilibrium& equilibrium) override;
 
  private:

@@ -13,6 +13,7 @@ class ObserveProfile final : public Observer {
   /// Fills record.profile_peak and profile_failure. row_spacing > 0: the height of a section.
   ObserveProfile(const Network& network, double row_spacing, SampleRecord& record);
   void sample_begins(std::int64_t index) override;
+  void sample_resumes(const SampleRecord& begun) override;
   void bond_breaks(std::int32_t number, const Critical& critical, Equilibrium& equilibrium) override;
 
   [[nodiscard]] std::int32_t sections() const { return sections_; }

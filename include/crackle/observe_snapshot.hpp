@@ -10,6 +10,7 @@ class ObserveSnapshot final : public Observer {
   /// Fills record.snapshots at these break numbers (ascending, from 1).
   ObserveSnapshot(std::vector<std::int32_t> at, SampleRecord& record);
   void sample_begins(std::int64_t index) override;
+  void sample_resumes(const SampleRecord& begun) override;
   void bond_breaks(std::int32_t number, const Critical& critical, Equilibrium& equilibrium) override;
 
  private:

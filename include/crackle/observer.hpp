@@ -18,10 +18,14 @@ struct SampleSummary {
   std::int32_t n_f = 0;          ///< bonds broken in all
 };
 
+struct SampleRecord;
+
 class Observer {
  public:
   virtual ~Observer() = default;
   virtual void sample_begins(std::int64_t /*index*/) {}
+  /// The sample goes on from here: `begun` is what was recorded of it.
+  virtual void sample_resumes(const SampleRecord& /*begun*/) {}
   /// Bond `critical.bond` breaks next, the number-th of the sample (from 1); it is still in `equilibrium`,
   /// whose displacements are at hand for those who ask.
   virtual void bond_breaks(std::int32_t number, const Critical& critical, Equilibrium& equilibrium) = 0;

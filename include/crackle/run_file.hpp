@@ -1,44 +1,47 @@
 /// The run file: what a run leaves behind, and keeps while it goes on.
 ///
-/// Its schema: see run_records.hpp.
+/// Its schema: see run_records.hpp; what stands beside it while the run goes on: see shards.hpp.
 ///
-/// Samples are ordered by index. While a run goes on, finished samples stand in OUTPUT.shards/, in files of
-/// this same schema, each written whole under another name, synced and renamed: a kill loses at most what was
-/// not yet a shard (kFlushSeconds). At the end they are merged into OUTPUT, likewise, and the folder goes.
+/// Samples are ordered by index. A kill loses at most what was not yet a shard (kFlushSeconds). At the end shards are
+/// merged into OUTPUT, and their folder goes.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <set>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "crackle/run_records.hpp"
+#include "crackle/shards.hpp"
 
 namespace crackle {
-
-/// Samples wait at most this long for a shard.
-inline constexpr double kFlushSeconds = 1.0;
 
 struct OutputOptions {
   std::string path = "crackle.h5";
   bool resume = false;     ///< continue the run that `path` holds
   bool overwrite = false;  ///< replace it
+  int writers = 1;         ///< processes that write shards; this one's numbers are 0, writers, ...
   RecordOptions record;
 };
 
 class RunFile {
  public:
-  /// Throws InputError when the output can't be written, exists and neither resume nor overwrite is set, or
-  /// holds a run (-resume) of another network file or with other options that decide results: the message
-  /// names them. What is there stays as it is until the first sample is done.
+  /// Throws InputError when the output can't be written, exists and neither resume nor overwrite is set, is
+  /// written by another run, or holds a run (-resume) of another network file or with other options that decide
+  /// results: the message names them. What is there stays as it is until the first sample is done.
   RunFile(OutputOptions options, RunHeader header);
+  ~RunFile();
+  RunFile(const RunFile&) = delete;
+  RunFile& operator=(const RunFile&) = delete;
 
   /// Samples that the resumed run has.
   [[nodiscard]] const std::set<std::int64_t>& finished() const { return finished_; }
 
-  /// Takes a finished sample; writes a shard when the last one is kFlushSeconds old.
+  /// From here on the output is this run's, and its folder of shards is there: an old run goes unless it is
+  /// resumed. Once a sample is done; later calls do nothing. Throws InputError when another run was faster.
+  void claim();
+
+  /// Takes a finished sample; claims the output and writes a shard when the last one is kFlushSeconds old.
   void add(SampleRecord record);
 
   /// Writes what waits. Called before anything that may end the run.
@@ -50,17 +53,16 @@ class RunFile {
  private:
   void resume();
   void check_writable() const;
-  void claim();
+  void lock();
+  void unlock();
   [[nodiscard]] std::vector<SampleRecord> collect() const;
-  void write_atomically(const std::string& path, std::span<const SampleRecord> records) const;
+  void clear_folder(const std::set<std::int64_t>& merged) const;
 
   OutputOptions options_;
   RunHeader header_;
-  std::string shard_folder_;
   std::set<std::int64_t> finished_;
-  std::vector<SampleRecord> waiting_;
-  std::chrono::steady_clock::time_point last_flush_;
-  int shards_ = 0;
+  ShardWriter shards_;
+  int lock_ = -1;         ///< file descriptor
   bool claimed_ = false;  ///< the output is ours
 };
 

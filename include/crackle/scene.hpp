@@ -1,9 +1,10 @@
-/// A scene: what the command line asks for, one plain struct for each layer. The only place that reads our
+/// A scene: what the command line asks for at one size, one plain struct for each layer. The only place that reads our
 /// options; the solver's own are read by PETSc.
 #pragma once
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "crackle/disorder.hpp"
 #include "crackle/ensemble.hpp"
@@ -27,13 +28,14 @@ struct Scene {
 /// The text of -help: name, default, allowed values and meaning of every option.
 [[nodiscard]] const std::string& help_text();
 
-/// Reads PETSc's options database. Throws InputError for a value that isn't allowed, or a word on the
+/// Reads PETSc's options database: a scene for each value of -lattice_size, as a run of that size alone would
+/// have it, but for the name of its output. Throws InputError for a value that isn't allowed, or a word on the
 /// command line that is no option.
-[[nodiscard]] Scene read_scene();
+[[nodiscard]] std::vector<Scene> read_scenes();
 
 /// What every sample has in common. Throws InputError when -disorder file finds no thresholds.
-/// The views that it holds are of `scene` and `intact`.
-[[nodiscard]] Run make_run(const Scene& scene, const IntactNetwork& intact);
+/// The views that it holds are of the arguments.
+[[nodiscard]] Run make_run(const Scene& scene, const IntactNetwork& intact, const RunHeader& header);
 
 /// The head of the run file; with -record network the network and, for a run of one sample, its thresholds.
 [[nodiscard]] RunHeader make_header(const Scene& scene, const IntactNetwork& intact);

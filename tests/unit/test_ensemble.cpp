@@ -15,14 +15,21 @@ std::vector<SampleRecord> run(const std::string& path, std::int64_t first, std::
                               const RecordOptions& record, std::int64_t* breaks = nullptr) {
   const Network network = test::triangular_networks(3)[1].network;
   PhaseTimes times;
-  const auto equilibrium = make_equilibrium(network, {}, times);
+  const EquilibriumOptions equilibrium;
   const EnsembleOptions ensemble{.samples = samples, .first_sample = first, .monitor = Monitor::none};
   const DisorderOptions disorder{.from_file = false, .seed = 1};
-  RunFile file({.path = path, .resume = true, .overwrite = false, .record = record},
-               {.options = "-seed 1\n"});
-  run_ensemble({ensemble, disorder, record, {}, 1}, *equilibrium, file, times);
-  (void)file.finish();
-  if (breaks != nullptr) *breaks = equilibrium->counts().breaks;
+  const OutputOptions output{.path = path, .resume = true, .overwrite = false, .record = record};
+  const RunHeader header{.options = "-seed 1\n"};
+  const std::vector<Run> runs{{network, equilibrium, ensemble, disorder, output, header}};
+  std::vector<std::unique_ptr<RunFile>> files;
+  files.push_back(std::make_unique<RunFile>(output, header));
+  std::vector<RunTotals> totals(1);
+  const Ranks ranks(MPI_COMM_SELF, 1);
+  const EnsembleEnd end = run_ensemble(runs, ranks, files, nullptr, totals);
+  EXPECT_EQ(end.complaint, "");
+  EXPECT_EQ(end.signal, 0);
+  (void)finish(*files.front(), times);
+  if (breaks != nullptr) *breaks = totals.front().counts.breaks;
   return read_records(path);
 }
 

@@ -25,6 +25,8 @@ class Given final : public Equilibrium {
  private:
   void do_reset() override { ++resets; }
   void do_remove(BondId bond) override { removed.push_back(bond); }
+  void do_settle() override {}
+  [[nodiscard]] std::int64_t breaks_worth_settling() const override { return 1; }
   PhaseTimes none_;
 };
 

@@ -9,7 +9,7 @@ namespace crackle {
 namespace {
 
 TEST(Scene, WithoutOptionsIsThePapersAtSizeSixteen) {
-  const Scene scene = read_scene();
+  const Scene scene = read_scenes().front();
   EXPECT_FALSE(scene.network.from_file);
   EXPECT_EQ(scene.network.size, 16);
   EXPECT_EQ(scene.network.row_spacing, 1);
@@ -38,7 +38,7 @@ TEST(Scene, TakesAndEchoesWhatIsGiven) {
                                     {"-ksp_rtol", "1e-9"},
                                     {"-record_snapshot_at", "7,2"},
                                     {"-seed", "18446744073709551615"}};
-  const Scene scene = read_scene();
+  const Scene scene = read_scenes().front();
   EXPECT_EQ(scene.network.model, Model::fuse);
   EXPECT_EQ(scene.network.size, 9);
   EXPECT_EQ(scene.equilibrium.break_on, BreakOn::tension);
@@ -69,14 +69,14 @@ TEST(Scene, RefusesEveryValueThatIsNotAllowed) {
   for (const auto& [name, value] : wrong) {
     SCOPED_TRACE(name + " " + value);
     const test::SolverOptions options{{name, value}};
-    test::expect_refused([] { (void)read_scene(); }, {name, value, find_option(name).allowed});
+    test::expect_refused([] { (void)read_scenes(); }, {name, value, find_option(name).allowed});
   }
   const std::vector<std::pair<std::string, std::string>> incomplete = {
       {"-lattice", "file"}, {"-disorder", "file"}, {"-record", "snapshot"}, {"-stop", ""}};
   for (const auto& [name, value] : incomplete) {
     SCOPED_TRACE(name + " " + value);
     const test::SolverOptions options{{name, value}};
-    test::expect_refused([] { (void)read_scene(); }, {name, "allowed is"});
+    test::expect_refused([] { (void)read_scenes(); }, {name, "allowed is"});
   }
 }
 

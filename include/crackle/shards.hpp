@@ -1,0 +1,74 @@
+/// What a run has of its samples while it goes on: OUTPUT.shards/, with
+///
+///     N.h5            finished samples, a run file (see run_records)
+///     N.checkpoint    sample N as it was when it settled last, likewise, with its breaks
+///     lock            held by the run that writes here
+///
+/// Every file is written whole under another name, synced and renamed. Each process writes shards of its own.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "crackle/run_records.hpp"
+
+namespace crackle {
+
+/// Finished samples wait at most this long for a shard.
+inline constexpr double kFlushSeconds = 1.0;
+/// So many shards of a process become one.
+inline constexpr int kShardsTogether = 64;
+
+/// How the name of a checkpoint ends.
+inline constexpr const char* kCheckpoint = ".checkpoint";
+
+[[nodiscard]] std::string shard_folder(const std::string& output);
+/// The shards of a run; empty when there is no folder.
+[[nodiscard]] std::vector<std::string> shard_paths(const std::string& output);
+[[nodiscard]] std::vector<std::string> checkpoint_paths(const std::string& output);
+[[nodiscard]] std::string checkpoint_path(const std::string& output, std::int64_t sample);
+
+/// Calls write(temporary name), syncs what it wrote and gives it its name: whole and on disk, or not there.
+/// Throws std::runtime_error when it can't be, the disk is full, say.
+void write_atomically(const std::string& path, const std::function<void(const std::string&)>& write);
+
+class ShardWriter {
+ public:
+  /// header and record outlive this. Shards get the numbers first, first + step, ...
+  ShardWriter(std::string output, const RunHeader& header, const RecordOptions& record, int first, int step);
+
+  /// Takes a finished sample. It is on disk after the next flush.
+  void add(SampleRecord record);
+
+  /// Samples wait, and the last flush was kFlushSeconds ago.
+  [[nodiscard]] bool due() const;
+
+  /// Writes what waits; the folder must be there. Samples stay waiting when that throws.
+  void flush();
+  [[nodiscard]] bool waiting() const { return !waiting_.empty(); }
+
+  /// Keeps a sample that has settled, to be resumed.
+  void write_checkpoint(const SampleRecord& begun) const;
+  /// What was kept of a sample. Throws InputError, naming the file, for one that can't be read.
+  [[nodiscard]] std::optional<SampleRecord> read_checkpoint(std::int64_t sample) const;
+
+ private:
+  [[nodiscard]] std::string next_path();
+  void gather();
+
+  std::string output_;
+  const RunHeader& header_;
+  const RecordOptions& record_;
+  int number_;
+  int step_;
+  std::vector<SampleRecord> waiting_;
+  std::vector<std::string> own_;  ///< shards of this process that have not been put together
+  std::chrono::steady_clock::time_point last_flush_;
+};
+
+}  // namespace crackle

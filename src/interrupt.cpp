@@ -1,0 +1,37 @@
+#include "crackle/interrupt.hpp"
+
+#include <csignal>
+
+namespace crackle {
+
+namespace {
+
+volatile std::sig_atomic_t caught = 0;  // NOLINT(*-non-const-global-*): all that a signal can reach
+
+extern "C" void note(int signal) {
+  caught = signal;
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+}
+
+void catch_one(int signal) {
+  struct sigaction action {};
+  if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) return;  // nohup, &
+  action = {};
+  action.sa_handler = note;
+  action.sa_flags = SA_RESTART;
+  sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+void catch_interrupts() {
+  catch_one(SIGINT);
+  catch_one(SIGTERM);
+}
+
+int interrupt_signal() {
+  return caught;
+}
+
+}  // namespace crackle

@@ -1,0 +1,146 @@
+#include "crackle/shards.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+
+#include "crackle/error.hpp"
+
+namespace crackle {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void sync_to_disk(const std::string& path, int flags) {
+  const int descriptor = open(path.c_str(), flags);  // NOLINT(*-vararg): POSIX
+  if (descriptor < 0) return;
+  const bool synced = fsync(descriptor) == 0;
+  close(descriptor);
+  if (!synced) throw std::runtime_error("could not sync " + path + " to disk");
+}
+
+std::string folder_of(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  return folder.empty() ? "." : folder.string();
+}
+
+std::vector<std::string> paths_ending(const std::string& output, const char* extension) {
+  std::vector<std::string> paths;
+  const std::string folder = shard_folder(output);
+  if (!fs::is_directory(folder)) return paths;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == extension) paths.push_back(entry.path().string());
+  }
+  std::ranges::sort(paths);
+  return paths;
+}
+
+}  // namespace
+
+std::string shard_folder(const std::string& output) {
+  return output + ".shards";
+}
+
+std::vector<std::string> shard_paths(const std::string& output) {
+  return paths_ending(output, ".h5");
+}
+
+std::vector<std::string> checkpoint_paths(const std::string& output) {
+  return paths_ending(output, kCheckpoint);
+}
+
+std::string checkpoint_path(const std::string& output, std::int64_t sample) {
+  return shard_folder(output) + "/" + std::to_string(sample) + kCheckpoint;
+}
+
+void write_atomically(const std::string& path, const std::function<void(const std::string&)>& write) {
+  const std::string temporary = path + ".part";
+  try {
+    write(temporary);
+    sync_to_disk(temporary, O_RDONLY);
+    fs::rename(temporary, path);
+    sync_to_disk(folder_of(path), O_RDONLY | O_DIRECTORY);
+  } catch (const std::exception& error) {
+    std::remove(temporary.c_str());
+    throw std::runtime_error("could not write " + path + " (" + error.what() +
+                             "): is the disk full? What was written before is kept; -resume goes on");
+  }
+}
+
+ShardWriter::ShardWriter(std::string output, const RunHeader& header, const RecordOptions& record, int first,
+                         int step)
+    : output_(std::move(output)),
+      header_(header),
+      record_(record),
+      number_(first),
+      step_(step),
+      last_flush_(std::chrono::steady_clock::now()) {}
+
+void ShardWriter::add(SampleRecord record) {
+  waiting_.push_back(std::move(record));
+}
+
+bool ShardWriter::due() const {
+  const std::chrono::duration<double> age = std::chrono::steady_clock::now() - last_flush_;
+  return !waiting_.empty() && age.count() >= kFlushSeconds;
+}
+
+/// Numbers of an earlier run, whose processes may have been fewer or more, are left to it.
+std::string ShardWriter::next_path() {
+  while (true) {
+    std::string path = shard_folder(output_) + "/" + std::to_string(number_) + ".h5";
+    number_ += step_;
+    if (!fs::exists(path)) return path;
+  }
+}
+
+void ShardWriter::flush() {
+  last_flush_ = std::chrono::steady_clock::now();
+  if (waiting_.empty()) return;
+  const std::string path = next_path();
+  write_atomically(path, [this](const std::string& name) { write_run(name, header_, record_, waiting_); });
+  for (const SampleRecord& record : waiting_)
+    std::remove(checkpoint_path(output_, record.summary.index).c_str());
+  waiting_.clear();
+  own_.push_back(path);
+  if (std::ssize(own_) == kShardsTogether) gather();
+}
+
+/// A long run would leave a file a second. A kill between the two steps leaves samples twice: they are the same.
+void ShardWriter::gather() {
+  std::vector<SampleRecord> records;
+  for (const std::string& path : own_) {
+    for (SampleRecord& record : read_records(path)) records.push_back(std::move(record));
+  }
+  write_atomically(next_path(),
+                   [&](const std::string& name) { write_run(name, header_, record_, records); });
+  for (const std::string& path : own_) std::remove(path.c_str());
+  own_.clear();
+}
+
+void ShardWriter::write_checkpoint(const SampleRecord& begun) const {
+  RecordOptions record = record_;
+  record.breaks = true;
+  record.network = false;
+  write_atomically(checkpoint_path(output_, begun.summary.index),
+                   [&](const std::string& name) { write_run(name, header_, record, {&begun, 1}); });
+}
+
+std::optional<SampleRecord> ShardWriter::read_checkpoint(std::int64_t sample) const {
+  const std::string path = checkpoint_path(output_, sample);
+  if (!fs::exists(path)) return std::nullopt;
+  std::vector<SampleRecord> records = read_records(path);
+  if (records.size() != 1 || records.front().summary.index != sample ||
+      std::ssize(records.front().bond) != records.front().summary.n_f) {
+    throw InputError("checkpoint " + path, "", "sample " + std::to_string(sample) + " with all of its breaks");
+  }
+  return std::move(records.front());
+}
+
+}  // namespace crackle
