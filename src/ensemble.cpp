@@ -92,8 +92,8 @@ class Worker {
     PhaseTimes& times = totals_[run].times;
     try {
       const bool is_ready = ready_ && run == static_cast<int>(largest_run(runs_));
-      auto equilibrium = is_ready ? std::move(ready_)
-                                  : make_equilibrium(runs_[run].network, runs_[run].equilibrium, times);
+      auto equilibrium =
+          is_ready ? std::move(ready_) : make_equilibrium(runs_[run].network, runs_[run].equilibrium, times);
       ready_.reset();
       place_.emplace(runs_[run], run, std::move(equilibrium), ranks_, hand_out_, times);
     } catch (const std::exception& error) {

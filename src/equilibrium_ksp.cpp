@@ -8,6 +8,7 @@
 #include "crackle/network_matrix.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/pc_updown.hpp"
+#include "crackle/ranks.hpp"
 
 namespace crackle {
 
@@ -41,6 +42,12 @@ void check_options(PetscErrorCode code) {
   throw InputError(option + ": " + petsc::last_message());
 }
 
+int comm_rank(MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
 class EquilibriumKsp final : public Equilibrium {
  public:
   EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times);
@@ -61,13 +68,21 @@ class EquilibriumKsp final : public Equilibrium {
   [[nodiscard]] State solve();
   [[nodiscard]] State judge(KSPConvergedReason reason);
   [[nodiscard]] State confirm_failure(const std::string& why);
+  [[nodiscard]] bool plate_is_loose();
+  [[nodiscard]] bool plate_is_loose_together();
+  void gather();
   void downdate(BondId bond);
   [[nodiscard]] State check_downdates();
   [[nodiscard]] State check_direct();
   [[nodiscard]] double measure_residual();
 
+  bool
+      together_;  ///< several processes share the matrix; each has all displacements, and comes to the same ends
+  MPI_Comm comm_;
   NetworkMatrix matrix_;
   petsc::VecHandle load_, u_;
+  petsc::VecHandle all_u_;  ///< with together_: u_ whole
+  petsc::ScatterHandle scatter_;
   petsc::KspHandle ksp_;
   petsc::KspHandle direct_;  ///< made when an iteration fails, to tell failure from trouble
   PC pc_ = nullptr;
@@ -82,8 +97,12 @@ class EquilibriumKsp final : public Equilibrium {
 };
 
 EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times)
-    : Equilibrium(network, options, times), matrix_(network) {
+    : Equilibrium(network, options, times),
+      together_(options.ranks != nullptr && options.ranks->group_size() > 1),
+      comm_(together_ ? options.ranks->group() : PETSC_COMM_SELF),
+      matrix_(network, comm_) {
   check(MatCreateVecs(matrix_.get(), u_.out(), load_.out()));
+  if (together_) check(VecScatterCreateToAll(u_, scatter_.out(), all_u_.out()));
   check(VecSetValue(load_, network.plate, 1.0, INSERT_VALUES));
   check(VecAssemblyBegin(load_));
   check(VecAssemblyEnd(load_));
@@ -96,18 +115,25 @@ EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions&
   if (code != PETSC_ERR_MAT_CH_ZRPVT) check_options(code);
 }
 
+/// A new one in place of any other: many keep something of the matrices that they have seen, an ordering or a hierarchy.
 void EquilibriumKsp::create_solver() {
-  check(KSPCreate(PETSC_COMM_SELF, ksp_.out()));
+  ksp_ = {};
+  check(KSPCreate(comm_, ksp_.out()));
   check(KSPSetOperators(ksp_, matrix_.get(), matrix_.get()));
   check(KSPGetPC(ksp_, &pc_));
   check(KSPSetType(ksp_, KSPPREONLY));
-  check(PCSetType(pc_, "updown"));
+  check(PCSetType(pc_, together_ ? PCCHOLESKY : "updown"));
+  if (together_) check(PCFactorSetMatSolverType(pc_, MATSOLVERMUMPS));
   check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, kDefaultDivergence, kDefaultIterations));
   check_options(KSPSetFromOptions(ksp_));
   updown_ = is_pc_updown(pc_);
   PetscBool preonly = PETSC_FALSE;
   check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(ksp_)), KSPPREONLY, &preonly));
   preonly_ = preonly == PETSC_TRUE;
+  if (updown_ && together_) {
+    throw InputError("-pc_type", "updown with -ensemble_ranks_per_sample above 1",
+                     "a solver for several processes: cholesky (by MUMPS), gamg, hypre, ...");
+  }
   if (updown_ && preonly_ && pc_updown_rank(pc_) > 1) {
     throw InputError("-pc_updown_rank", std::to_string(pc_updown_rank(pc_)),
                      "1 under -ksp_type preonly; -ksp_type cg solves what the factor has not yet");
@@ -124,9 +150,12 @@ void EquilibriumKsp::do_reset() {
     matrix_.update(removed_, broken());
     removed_.clear();
   }
-  if (!updown_) return;
   const PhaseScope scope(times_, Phase::factor);
-  pc_updown_restore(pc_);
+  if (updown_) {
+    pc_updown_restore(pc_);
+  } else {
+    create_solver();
+  }
 }
 
 void EquilibriumKsp::do_settle() {
@@ -136,7 +165,7 @@ void EquilibriumKsp::do_settle() {
   if (updown_) {
     loose_ = !pc_updown_refactor(pc_);
   } else {
-    check(PCReset(pc_));  // what it made of earlier matrices goes, an ordering, say
+    create_solver();
   }
 }
 
@@ -211,6 +240,7 @@ State EquilibriumKsp::solve() {
   if (code == PETSC_ERR_MAT_CH_ZRPVT) return confirm_failure(petsc::last_message());
   check(code);
   ++solves_;
+  gather();
   check(KSPGetConvergedReason(ksp_, &reason));
   PetscInt iterations = 0;
   check(KSPGetIterationNumber(ksp_, &iterations));
@@ -227,6 +257,15 @@ State EquilibriumKsp::judge(KSPConvergedReason reason) {
 /// A solver that gives up may have met the end of the network or its own: a factor with null pivots pinned
 /// tells which.
 State EquilibriumKsp::confirm_failure(const std::string& why) {
+  ++counts_.confirmations;
+  if (together_ ? plate_is_loose_together() : plate_is_loose()) return State::failed;
+  complaint_ = why +
+               " though the network still carries: try a direct solver, a tighter -ksp_rtol, more "
+               "-ksp_max_it, or for a network with floppy parts -pc_type updown";
+  return State::unsolved;
+}
+
+bool EquilibriumKsp::plate_is_loose() {
   PC pc = nullptr;
   if (direct_ == nullptr) {
     check(KSPCreate(PETSC_COMM_SELF, direct_.out()));
@@ -238,12 +277,41 @@ State EquilibriumKsp::confirm_failure(const std::string& why) {
   check(KSPSolve(direct_, load_, u_));
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   check(KSPGetConvergedReason(direct_, &reason));
-  ++counts_.confirmations;
-  if (reason < 0 || (intact_stiffness() > 0 && has_failed(displacements()))) return State::failed;
-  complaint_ = why +
-               " though the network still carries: try a direct solver, a tighter -ksp_rtol, more "
-               "-ksp_max_it, or for a network with floppy parts -pc_type updown";
-  return State::unsolved;
+  return reason < 0 || (intact_stiffness() > 0 && has_failed(displacements()));
+}
+
+/// With a soft spring under the plate K is never singular, and its compliance tells F: 1/u[plate] - the spring's.
+bool EquilibriumKsp::plate_is_loose_together() {
+  const double spring =
+      kFailedStiffness * (intact_stiffness() > 0 ? intact_stiffness() : network_.plate_diagonal);
+  petsc::MatHandle K;
+  check(MatDuplicate(matrix_.get(), MAT_COPY_VALUES, K.out()));
+  check(MatSetValue(K, network_.plate, network_.plate, comm_rank(comm_) == 0 ? spring : 0, ADD_VALUES));
+  check(MatAssemblyBegin(K, MAT_FINAL_ASSEMBLY));
+  check(MatAssemblyEnd(K, MAT_FINAL_ASSEMBLY));
+  petsc::KspHandle ksp;
+  PC pc = nullptr;
+  Mat factor = nullptr;
+  constexpr PetscInt kFindNullPivots = 24;
+  check(KSPCreate(comm_, ksp.out()));
+  check(KSPSetOperators(ksp, K, K));
+  check(KSPSetType(ksp, KSPPREONLY));
+  check(KSPGetPC(ksp, &pc));
+  check(PCSetType(pc, PCCHOLESKY));
+  check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  check(PCFactorSetUpMatSolverType(pc));
+  check(PCFactorGetMatrix(pc, &factor));
+  check(MatMumpsSetIcntl(factor, kFindNullPivots, 1));
+  check(KSPSolve(ksp, load_, u_));
+  gather();
+  return has_failed(1 / displacements()[network_.plate] - spring);
+}
+
+/// Every process gets all displacements.
+void EquilibriumKsp::gather() {
+  if (!together_) return;
+  check(VecScatterBegin(scatter_, u_, all_u_, INSERT_VALUES, SCATTER_FORWARD));
+  check(VecScatterEnd(scatter_, u_, all_u_, INSERT_VALUES, SCATTER_FORWARD));
 }
 
 double EquilibriumKsp::measure_residual() {
@@ -301,9 +369,10 @@ State EquilibriumKsp::find_critical(Critical& next) {
 
 std::span<const double> EquilibriumKsp::displacements() {
   const PetscScalar* u = nullptr;
-  check(VecGetArrayRead(u_, &u));
+  Vec whole = together_ ? all_u_ : u_;
+  check(VecGetArrayRead(whole, &u));
   const std::span<const double> view(u, static_cast<std::size_t>(network_.unknowns));
-  check(VecRestoreArrayRead(u_, &u));
+  check(VecRestoreArrayRead(whole, &u));
   return view;
 }
 

@@ -85,8 +85,7 @@ bool Fracture::step() {
 
 SampleSummary Fracture::summary() const {
   SampleSummary now = summary_;
-  now.wall_time =
-      earlier_ + std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  now.wall_time = earlier_ + std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   return now;
 }
 

@@ -59,8 +59,8 @@ std::vector<crackle::Run> make_runs(const std::deque<Study>& studies) {
 }
 
 /// Puts the run files together and prints what is in them.
-void report(const std::vector<crackle::Run>& runs, const Files& files, std::vector<crackle::RunTotals>& totals,
-            Clock::time_point start, const crackle::Ranks& ranks) {
+void report(const std::vector<crackle::Run>& runs, const Files& files,
+            std::vector<crackle::RunTotals>& totals, Clock::time_point start, const crackle::Ranks& ranks) {
   const auto seconds_since = [](Clock::time_point then) {
     return std::chrono::duration<double>(Clock::now() - then).count();
   };
@@ -96,8 +96,8 @@ int break_lattices() {
   const std::size_t largest = crackle::largest_run(runs);
   std::unique_ptr<crackle::Equilibrium> equilibrium;
   ranks.together([&] {
-    equilibrium = crackle::make_equilibrium(runs[largest].network, runs[largest].equilibrium,
-                                            totals[largest].times);
+    equilibrium =
+        crackle::make_equilibrium(runs[largest].network, runs[largest].equilibrium, totals[largest].times);
     if (!help) crackle::reject_unused_options();
   });
   if (help) return 0;
@@ -115,8 +115,7 @@ int break_lattices() {
 
   // 5. break every sample
   stage.next("Breaks");
-  const crackle::EnsembleEnd end =
-      crackle::run_ensemble(runs, ranks, files, std::move(equilibrium), totals);
+  const crackle::EnsembleEnd end = crackle::run_ensemble(runs, ranks, files, std::move(equilibrium), totals);
   if (!end.complaint.empty()) throw crackle::SolverError(end.complaint);
 
   // 6. what came out

@@ -7,15 +7,17 @@ namespace crackle {
 
 using petsc::check;
 
-NetworkMatrix::NetworkMatrix(const Network& network) : network_(network) {
+NetworkMatrix::NetworkMatrix(const Network& network, MPI_Comm comm) : network_(network) {
   list_bonds();
-  allocate();
+  allocate(comm);
   const std::vector<std::uint8_t> none(network.lattice.bond.size(), 0);
   std::vector<BondId> all;
   for (BondId e = 0; e < network.bonds(); ++e) {
     if (network.can_stretch(e)) all.push_back(e);
   }
-  for (const Dof slot : network.idle) check(MatSetValue(matrix_, slot, slot, 1.0, INSERT_VALUES));
+  for (const Dof slot : network.idle) {
+    if (slot >= first_row_ && slot < end_row_) check(MatSetValue(matrix_, slot, slot, 1.0, INSERT_VALUES));
+  }
   update(all, none);
   check(MatSetOption(matrix_, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
 }
@@ -37,10 +39,17 @@ void NetworkMatrix::list_bonds() {
   each_end([&](Dof dof, BondId e) { incident_[next[dof]++] = e; });
 }
 
-void NetworkMatrix::allocate() {
-  std::vector<PetscInt> entries(static_cast<std::size_t>(network_.unknowns), 1);
-  std::vector<Dof> seen(entries.size(), Network::kFixed);
-  for (Dof row = 0; row < network_.unknowns; ++row) {
+void NetworkMatrix::allocate(MPI_Comm comm) {
+  PetscInt n = network_.unknowns;
+  PetscInt local = PETSC_DECIDE;
+  check(PetscSplitOwnershipBlock(comm, network_.components, &local, &n));
+  MPI_Scan(&local, &end_row_, 1, MPIU_INT, MPI_SUM, comm);
+  first_row_ = end_row_ - local;
+  std::vector<PetscInt> own(static_cast<std::size_t>(local),
+                            1);  // entries of a row in this process's columns,
+  std::vector<PetscInt> other(static_cast<std::size_t>(local), 0);  // and in the others'
+  std::vector<Dof> seen(static_cast<std::size_t>(n), Network::kFixed);
+  for (Dof row = first_row_; row < end_row_; ++row) {
     seen[row] = row;
     for (std::int32_t i = first_[row]; i < first_[row + 1]; ++i) {
       const BondId e = incident_[i];
@@ -48,16 +57,16 @@ void NetworkMatrix::allocate() {
         const Dof column = network_.bond_dofs(e)[j];
         if (network_.bond_values(e)[j] == 0 || seen[column] == row) continue;
         seen[column] = row;
-        ++entries[row];
+        ++(column >= first_row_ && column < end_row_ ? own : other)[row - first_row_];
       }
     }
   }
-  const PetscInt n = network_.unknowns;
-  check(MatCreate(PETSC_COMM_SELF, matrix_.out()));
-  check(MatSetSizes(matrix_, n, n, n, n));
+  check(MatCreate(comm, matrix_.out()));
+  check(MatSetSizes(matrix_, local, local, n, n));
   check(MatSetBlockSize(matrix_, network_.components));
-  check(MatSetType(matrix_, MATSEQAIJ));
-  check(MatSeqAIJSetPreallocation(matrix_, 0, entries.data()));
+  check(MatSetType(matrix_, MATAIJ));  // SEQAIJ or MPIAIJ; only the call for its kind does something
+  check(MatSeqAIJSetPreallocation(matrix_, 0, own.data()));
+  check(MatMPIAIJSetPreallocation(matrix_, 0, own.data(), 0, other.data()));
   check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
   check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
 }
@@ -82,19 +91,20 @@ double NetworkMatrix::entry(Dof row, Dof column, std::span<const std::uint8_t> b
 void NetworkMatrix::update(std::span<const BondId> bonds, std::span<const std::uint8_t> broken) {
   for (const BondId e : bonds) {
     std::array<PetscInt, kMostBondDofs> dof{};
-    std::array<PetscScalar, std::size_t{kMostBondDofs} * kMostBondDofs> value{};
+    std::array<PetscScalar, kMostBondDofs> value{};
     PetscInt size = 0;
     for (std::size_t i = 0; i < network_.bond_dofs(e).size(); ++i) {
       if (network_.bond_values(e)[i] != 0) dof[size++] = network_.bond_dofs(e)[i];
     }
     for (PetscInt i = 0; i < size; ++i) {
+      if (dof[i] < first_row_ || dof[i] >= end_row_) continue;
       for (PetscInt j = 0; j < size; ++j) {
         // the shorter list of bonds: the plate has as many as a row of the lattice
         const auto [row, column] = std::minmax(dof[i], dof[j]);
-        value[i * size + j] = entry(row, column, broken);
+        value[j] = entry(row, column, broken);
       }
+      check(MatSetValues(matrix_, 1, &dof[i], size, dof.data(), value.data(), INSERT_VALUES));
     }
-    check(MatSetValues(matrix_, size, dof.data(), size, dof.data(), value.data(), INSERT_VALUES));
   }
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));

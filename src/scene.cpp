@@ -270,8 +270,7 @@ Scene read_scene(Reader reader) {
   scene.equilibrium.many_samples = scene.ensemble.samples > 1;
   scene.output = read_output(reader);
   if (reader.parts() > 1) {
-    scene.output.path =
-        reader.note("-output", output_of_size(scene.output.path, scene.network.size));
+    scene.output.path = reader.note("-output", output_of_size(scene.output.path, scene.network.size));
   }
   scene.options = solver_options();
   for (const auto& [name, value] : reader.used()) scene.options[name] = value;

@@ -118,8 +118,7 @@ void ShardWriter::gather() {
   for (const std::string& path : own_) {
     for (SampleRecord& record : read_records(path)) records.push_back(std::move(record));
   }
-  write_atomically(next_path(),
-                   [&](const std::string& name) { write_run(name, header_, record_, records); });
+  write_atomically(next_path(), [&](const std::string& name) { write_run(name, header_, record_, records); });
   for (const std::string& path : own_) std::remove(path.c_str());
   own_.clear();
 }
@@ -128,8 +127,9 @@ void ShardWriter::write_checkpoint(const SampleRecord& begun) const {
   RecordOptions record = record_;
   record.breaks = true;
   record.network = false;
-  write_atomically(checkpoint_path(output_, begun.summary.index),
-                   [&](const std::string& name) { write_run(name, header_, record, {&begun, 1}); });
+  write_atomically(checkpoint_path(output_, begun.summary.index), [&](const std::string& name) {
+    write_run(name, header_, record, {&begun, 1});
+  });
 }
 
 std::optional<SampleRecord> ShardWriter::read_checkpoint(std::int64_t sample) const {
@@ -138,7 +138,8 @@ std::optional<SampleRecord> ShardWriter::read_checkpoint(std::int64_t sample) co
   std::vector<SampleRecord> records = read_records(path);
   if (records.size() != 1 || records.front().summary.index != sample ||
       std::ssize(records.front().bond) != records.front().summary.n_f) {
-    throw InputError("checkpoint " + path, "", "sample " + std::to_string(sample) + " with all of its breaks");
+    throw InputError("checkpoint " + path, "",
+                     "sample " + std::to_string(sample) + " with all of its breaks");
   }
   return std::move(records.front());
 }

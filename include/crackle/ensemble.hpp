@@ -26,8 +26,8 @@ struct EnsembleOptions {
   std::int64_t first_sample = 0;
   StopRule stop;
   Monitor monitor = Monitor::automatic;
-  int ranks_per_sample = 1;            ///< processes that break a sample together
-  double checkpoint_every = 60;        ///< seconds after which an unfinished sample is kept, at the next chance
+  int ranks_per_sample = 1;      ///< processes that break a sample together
+  double checkpoint_every = 60;  ///< seconds after which an unfinished sample is kept, at the next chance
   std::int64_t checkpoint_breaks = 0;  ///< breaks from chance to chance; 0: what the strategy takes for cheap
 };
 

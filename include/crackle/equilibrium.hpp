@@ -52,7 +52,8 @@ struct EquilibriumOptions {
   BreakOn break_on = BreakOn::magnitude;
   bool verify = false;       ///< tree: compare every break with a full solve by a fresh factor
   bool many_samples = true;  ///< reset will be called again: keep what makes it cheap
-  const Ranks* ranks = nullptr;  ///< whose group keeps the network in equilibrium together; null: this process alone
+  const Ranks* ranks =
+      nullptr;  ///< whose group keeps the network in equilibrium together; null: this process alone
 };
 
 /// F below this fraction of the intact network's F is failure.

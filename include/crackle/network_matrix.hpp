@@ -10,14 +10,15 @@
 
 namespace crackle {
 
-/// K (SEQAIJ, n x n, block size: components), entry by entry the sum over the unbroken bonds in ascending
+/// K (SEQAIJ, n x n, block size: components; MPIAIJ where several processes share it by rows), entry by entry the sum over the unbroken bonds in ascending
 /// order. An entry that a break touches is summed afresh, never subtracted from: K is at any time, bit for
 /// bit, what an assembly from scratch would give, however much stiffer the broken bond was than the rest.
 class NetworkMatrix {
  public:
-  explicit NetworkMatrix(const Network& network);
+  explicit NetworkMatrix(const Network& network, MPI_Comm comm = PETSC_COMM_SELF);
 
   /// Sums all entries that these bonds touch, skipping bonds with broken[e] != 0 (size M), and assembles.
+  /// Collective, with the same bonds in every process.
   void update(std::span<const BondId> bonds, std::span<const std::uint8_t> broken);
 
   [[nodiscard]] Mat get() const { return matrix_; }
@@ -25,12 +26,13 @@ class NetworkMatrix {
  private:
   [[nodiscard]] double entry(Dof row, Dof column, std::span<const std::uint8_t> broken) const;
   void list_bonds();
-  void allocate();
+  void allocate(MPI_Comm comm);
 
   const Network& network_;
   petsc::MatHandle matrix_;
-  std::vector<std::int32_t> first_;  ///< [n+1] where the bonds of each unknown start in incident_
-  std::vector<BondId> incident_;     ///< ascending for each unknown
+  PetscInt first_row_ = 0, end_row_ = 0;  ///< of this process
+  std::vector<std::int32_t> first_;       ///< [n+1] where the bonds of each unknown start in incident_
+  std::vector<BondId> incident_;          ///< ascending for each unknown
 };
 
 }  // namespace crackle

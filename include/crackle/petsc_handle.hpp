@@ -68,5 +68,6 @@ class Handle {
 using MatHandle = Handle<Mat, MatDestroy>;
 using VecHandle = Handle<Vec, VecDestroy>;
 using KspHandle = Handle<KSP, KSPDestroy>;
+using ScatterHandle = Handle<VecScatter, VecScatterDestroy>;
 
 }  // namespace crackle::petsc
