@@ -14,6 +14,7 @@
 #include "crackle/error.hpp"
 #include "crackle/hdf5_handle.hpp"
 #include "crackle/option_text.hpp"
+#include "crackle/run_merge.hpp"
 
 namespace crackle {
 
@@ -28,11 +29,6 @@ std::string value_of(const std::string& options, const std::string& name) {
   if (at == std::string::npos) return "";
   const std::size_t start = at + name.size() + 1;
   return options.substr(start, options.find('\n', start) - start);
-}
-
-std::string read_checksum(const std::string& path) {
-  const hdf5::Handle file = hdf5::open_file(path);
-  return H5Aexists(file, "network_checksum") > 0 ? hdf5::read_text(file, "network_checksum") : "";
 }
 
 }  // namespace
@@ -154,18 +150,6 @@ void RunFile::flush() {
   shards_.flush();
 }
 
-std::vector<SampleRecord> RunFile::collect() const {
-  std::vector<SampleRecord> all = read_records(options_.path);
-  for (const std::string& path : shard_paths(options_.path)) {
-    for (SampleRecord& record : read_records(path)) all.push_back(std::move(record));
-  }
-  const auto index = [](const SampleRecord& record) { return record.summary.index; };
-  std::ranges::stable_sort(all, {}, index);
-  const auto repeated = std::ranges::unique(all, {}, index);
-  all.erase(repeated.begin(), repeated.end());
-  return all;
-}
-
 /// Checkpoints of samples that are still to be finished stay.
 void RunFile::clear_folder(const std::set<std::int64_t>& merged) const {
   std::set<std::string> kept;
@@ -181,7 +165,9 @@ void RunFile::clear_folder(const std::set<std::int64_t>& merged) const {
 std::vector<SampleSummary> RunFile::finish() {
   flush();
   if (!fs::exists(options_.path)) claim();  // a run killed before its first merge has shards only
-  const std::vector<SampleRecord> all = collect();
+  std::vector<std::string> files = shard_paths(options_.path);
+  files.insert(files.begin(), options_.path);
+  const std::vector<SampleRecord> all = gather_samples(files, false);
   std::vector<SampleSummary> summaries;
   std::set<std::int64_t> merged;
   summaries.reserve(all.size());

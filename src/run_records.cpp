@@ -211,4 +211,10 @@ std::string read_options_text(const std::string& path) {
   return read_from(path, [](hid_t file) { return hdf5::read_text(file, "options"); });
 }
 
+std::string read_checksum(const std::string& path) {
+  return read_from(path, [](hid_t file) {
+    return H5Aexists(file, "network_checksum") > 0 ? hdf5::read_text(file, "network_checksum") : "";
+  });
+}
+
 }  // namespace crackle

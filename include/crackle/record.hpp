@@ -14,7 +14,7 @@ struct RecordOptions {
   bool profile = false;
   bool snapshot = false;
   bool network = false;
-  std::vector<std::int32_t> snapshot_at;  ///< break numbers, ascending, from 1
+  std::vector<std::int32_t> snapshot_at{};  ///< break numbers, ascending, from 1
 };
 
 /// The fields just before a bond breaks, at the load at which it does.

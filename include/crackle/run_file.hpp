@@ -55,7 +55,6 @@ class RunFile {
   void check_writable() const;
   void lock();
   void unlock();
-  [[nodiscard]] std::vector<SampleRecord> collect() const;
   void clear_folder(const std::set<std::int64_t>& merged) const;
 
   OutputOptions options_;

@@ -28,7 +28,7 @@ struct RunHeader {
   std::string options;               ///< every option of the run, "-name value" a line, sorted by name
   std::string checksum;              ///< of a network from a file, which -resume compares; else empty
   const Network* network = nullptr;  ///< for -record network; else null
-  std::vector<double> threshold;     ///< written with it; may be empty
+  std::vector<double> threshold{};   ///< written with it; may be empty
 };
 
 /// Writes header and records, in the order given, as a new file.
@@ -41,5 +41,8 @@ void write_run(const std::string& path, const RunHeader& header, const RecordOpt
 
 /// The text attribute `options` of a run file.
 [[nodiscard]] std::string read_options_text(const std::string& path);
+
+/// The text attribute `network_checksum`; empty: the run file has none.
+[[nodiscard]] std::string read_checksum(const std::string& path);
 
 }  // namespace crackle
