@@ -95,6 +95,10 @@ Handle open_file(const std::string& path) {
   return file;
 }
 
+void close_written(Handle file, const std::string& path) {
+  if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) throw std::runtime_error("HDF5 could not write " + path);
+}
+
 Handle create_group(hid_t where, const std::string& name) {
   return Handle(
       checked(H5Gcreate2(where, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "make group " + name));

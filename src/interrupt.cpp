@@ -9,9 +9,11 @@ namespace {
 volatile std::sig_atomic_t caught = 0;  // NOLINT(*-non-const-global-*): all that a signal can reach
 
 extern "C" void note(int signal) {
+  if (caught != 0) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);  // comes when this function has returned
+  }
   caught = signal;
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
 }
 
 void catch_one(int signal) {
@@ -28,6 +30,7 @@ void catch_one(int signal) {
 void catch_interrupts() {
   catch_one(SIGINT);
   catch_one(SIGTERM);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit is an error of writing it, like a full disk
 }
 
 int interrupt_signal() {

@@ -16,8 +16,10 @@ namespace {
 
 constexpr const char* kHelp =
     "crackle_merge RUN... -output FILE [-overwrite]\n\n"
-    "Writes the samples of all run files into one, ordered by number. They must be of one scene: what decides\n"
-    "results, -seed say, must be the same. A sample that several files have must be the same in all. A run that\n"
+    "Writes the samples of all run files into one, ordered by number. They must be of one scene: what "
+    "decides\n"
+    "results, -seed say, must be the same. A sample that several files have must be the same in all. A run "
+    "that\n"
     "was cut short counts with what it has finished.\n";
 
 struct Request {

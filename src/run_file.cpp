@@ -76,6 +76,7 @@ void RunFile::lock() {
   if (lock_ >= 0) return;
   const std::string path = shard_folder(options_.path) + kLock;
   while (true) {
+    lock_is_new_ = !fs::exists(path);
     const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);  // NOLINT(*-vararg): POSIX
     if (descriptor < 0) throw InputError("-output", options_.path, "a file in a folder that can be written");
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
@@ -93,7 +94,7 @@ void RunFile::lock() {
 
 void RunFile::unlock() {
   if (lock_ < 0) return;
-  std::remove((shard_folder(options_.path) + kLock).c_str());
+  if (lock_is_new_) std::remove((shard_folder(options_.path) + kLock).c_str());
   close(std::exchange(lock_, -1));
 }
 

@@ -23,7 +23,8 @@ struct Found {
 };
 
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
 }
 
 bool same(const Snapshot& a, const Snapshot& b) {
@@ -39,7 +40,8 @@ bool same(const SampleRecord& a, const SampleRecord& b) {
   return same_bits(numbers(a.summary), numbers(b.summary)) && a.bond == b.bond && same_bits(a.load, b.load) &&
          same_bits(a.stiffness, b.stiffness) && a.profile_peak == b.profile_peak &&
          a.profile_failure == b.profile_failure &&
-         std::ranges::equal(a.snapshots, b.snapshots, [](const auto& x, const auto& y) { return same(x, y); });
+         std::ranges::equal(a.snapshots, b.snapshots,
+                            [](const auto& x, const auto& y) { return same(x, y); });
 }
 
 /// The output of a run, and its shards.
@@ -52,7 +54,8 @@ std::vector<std::string> files_of(const std::string& run) {
 void check_one_scene(const std::string& first, const std::string& other) {
   const std::string differing = differing_options(read_options_text(other), read_options_text(first));
   if (!differing.empty()) {
-    throw InputError(other + " has " + differing, "", "runs that differ in their samples alone (" + first + ")");
+    throw InputError(other + " has " + differing, "",
+                     "runs that differ in their samples alone (" + first + ")");
   }
   if (read_checksum(first) != read_checksum(other))
     throw InputError("the network of " + other, "", "that of " + first);
@@ -76,11 +79,12 @@ std::string options_for(const std::string& text, std::int64_t first, std::int64_
 /// The group /network, without thresholds when they would be those of one sample among many.
 void copy_network(const std::string& from, const std::string& to, bool with_thresholds) {
   const hdf5::Handle source = hdf5::open_file(from);
-  const hdf5::Handle target(H5Fopen(to.c_str(), H5F_ACC_RDWR, H5P_DEFAULT));
+  hdf5::Handle target(H5Fopen(to.c_str(), H5F_ACC_RDWR, H5P_DEFAULT));
   if (target < 0 || H5Ocopy(source, "network", target, "network", H5P_DEFAULT, H5P_DEFAULT) < 0)
     throw std::runtime_error("HDF5 could not copy /network");
   const char* const threshold = "network/bonds/threshold";
   if (!with_thresholds && hdf5::exists(target, threshold)) H5Ldelete(target, threshold, H5P_DEFAULT);
+  hdf5::close_written(std::move(target), to);
 }
 
 }  // namespace

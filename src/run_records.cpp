@@ -173,7 +173,7 @@ std::vector<SampleRecord> read_file(hid_t file) {
 
 void write_run(const std::string& path, const RunHeader& header, const RecordOptions& record,
                std::span<const SampleRecord> records) {
-  const hdf5::Handle file = hdf5::create_file(path);
+  hdf5::Handle file = hdf5::create_file(path);
   hdf5::write_attribute(file, "schema_version", kSchemaVersion);
   hdf5::write_attribute(file, "code_version", std::string(kVersion));
   hdf5::write_attribute(file, "options", header.options);
@@ -186,6 +186,7 @@ void write_run(const std::string& path, const RunHeader& header, const RecordOpt
   const std::span<const double> threshold = header.threshold;
   if (record.network)
     write_network(file, *header.network, threshold.first(records.size() <= 1 ? threshold.size() : 0));
+  hdf5::close_written(std::move(file), path);
 }
 
 namespace {

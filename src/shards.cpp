@@ -132,12 +132,14 @@ void ShardWriter::write_checkpoint(const SampleRecord& begun) const {
   });
 }
 
-std::optional<SampleRecord> ShardWriter::read_checkpoint(std::int64_t sample) const {
+std::optional<SampleRecord> ShardWriter::read_checkpoint(std::int64_t sample, BondId bonds) const {
   const std::string path = checkpoint_path(output_, sample);
   if (!fs::exists(path)) return std::nullopt;
   std::vector<SampleRecord> records = read_records(path);
-  if (records.size() != 1 || records.front().summary.index != sample ||
-      std::ssize(records.front().bond) != records.front().summary.n_f) {
+  const auto broken = [&] { return std::span(records.front().bond); };
+  const bool one = records.size() == 1 && records.front().summary.index == sample;
+  if (!one || std::ssize(broken()) != records.front().summary.n_f ||
+      !std::ranges::all_of(broken(), [bonds](BondId e) { return e >= 0 && e < bonds; })) {
     throw InputError("checkpoint " + path, "",
                      "sample " + std::to_string(sample) + " with all of its breaks");
   }

@@ -127,8 +127,9 @@ bool Workplace::break_on(Fracture& sample) {
 
 /// The leader's checkpoint; the others need no more of it than what has broken.
 std::optional<SampleRecord> Workplace::find_begun(std::int64_t index) {
+  if (!run_.output.resume) return std::nullopt;
   std::optional<SampleRecord> begun;
-  as_leader([&] { begun = shards_->read_checkpoint(index); });
+  as_leader([&] { begun = shards_->read_checkpoint(index, run_.network.bonds()); });
   std::array<std::int64_t, 2> found{begun ? 1 : 0, begun ? std::ssize(begun->bond) : 0};
   ranks_.share(found);
   if (found[0] == 0) return std::nullopt;

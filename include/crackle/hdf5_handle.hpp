@@ -33,6 +33,10 @@ class Handle {
 /// An existing file to read. Throws InputError, naming it, when it is missing, truncated or not HDF5.
 [[nodiscard]] Handle open_file(const std::string& path);
 
+/// Closes a file that was written. Throws std::runtime_error when not all of it could be: a Handle that goes out of
+/// life can't tell.
+void close_written(Handle file, const std::string& path);
+
 [[nodiscard]] Handle create_group(hid_t where, const std::string& name);
 [[nodiscard]] bool exists(hid_t where, const std::string& name);
 

@@ -4,6 +4,7 @@
 namespace crackle {
 
 /// Catches both signals, until the end of the process. Call it after PETSc has started, which has handlers of its own.
+/// A limit on the size of files (SIGXFSZ) makes writing fail instead of ending the process.
 void catch_interrupts();
 
 /// The signal that came, 0: none yet.

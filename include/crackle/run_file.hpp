@@ -61,8 +61,9 @@ class RunFile {
   RunHeader header_;
   std::set<std::int64_t> finished_;
   ShardWriter shards_;
-  int lock_ = -1;         ///< file descriptor
-  bool claimed_ = false;  ///< the output is ours
+  int lock_ = -1;             ///< file descriptor
+  bool lock_is_new_ = false;  ///< no killed run has left it
+  bool claimed_ = false;      ///< the output is ours
 };
 
 }  // namespace crackle

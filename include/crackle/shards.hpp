@@ -54,8 +54,9 @@ class ShardWriter {
 
   /// Keeps a sample that has settled, to be resumed.
   void write_checkpoint(const SampleRecord& begun) const;
-  /// What was kept of a sample. Throws InputError, naming the file, for one that can't be read.
-  [[nodiscard]] std::optional<SampleRecord> read_checkpoint(std::int64_t sample) const;
+  /// What was kept of a sample of a network of so many bonds. Throws InputError, naming the file, for one that
+  /// can't be read or isn't that.
+  [[nodiscard]] std::optional<SampleRecord> read_checkpoint(std::int64_t sample, BondId bonds) const;
 
  private:
   [[nodiscard]] std::string next_path();

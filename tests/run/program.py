@@ -5,6 +5,7 @@ Command lines are written as in a shell: run(folder, "-lattice_size 4 -model fus
 import functools
 import os
 import shlex
+import signal
 import subprocess
 import tempfile
 from pathlib import Path
@@ -14,38 +15,65 @@ import numpy as np
 
 CRACKLE = os.environ.get("CRACKLE", "crackle")
 OUTPUT = "crackle.h5"  # the default of -output
-LONGEST = 30           # seconds
+LONGEST = 120          # seconds
 
 
 def environment():
     """The tests', without options that PETSc would take from it."""
-    return {name: value for name, value in os.environ.items() if name != "PETSC_OPTIONS"}
+    found = {name: value for name, value in os.environ.items() if name != "PETSC_OPTIONS"}
+    # as root Open MPI starts only when told that it may
+    return {**found, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
-def start(folder, line):
+def command(line, ranks=0):
+    """The words of a command; ranks > 0: under mpirun."""
+    launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks else []
+    return [*launcher, CRACKLE, *shlex.split(line)]
+
+
+def start(folder, line, ranks=0):
     """A run in `folder` that goes on by itself."""
-    return subprocess.Popen([CRACKLE, *shlex.split(line)], cwd=folder, env=environment(), text=True,
+    return subprocess.Popen(command(line, ranks), cwd=folder, env=environment(), text=True,
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
-def run(folder, line):
-    """A run in `folder` to its end, good or bad: returncode, stdout, stderr."""
-    return subprocess.run([CRACKLE, *shlex.split(line)], cwd=folder, env=environment(),
+def run(folder, line, ranks=0, prepare=None):
+    """A run in `folder` to its end, good or bad: returncode, stdout, stderr. prepare: called in its process."""
+    return subprocess.run(command(line, ranks), cwd=folder, env=environment(), preexec_fn=prepare,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                           timeout=LONGEST, encoding="utf-8", errors="replace", check=False)
 
 
-def succeed(folder, line):
+def succeed(folder, line, ranks=0):
     """A run in `folder` that must come to a good end."""
-    result = run(folder, line)
+    result = run(folder, line, ranks)
     assert result.returncode == 0, f"crackle {line}: {result.stderr}"
     return result
 
 
-def break_samples(folder, line, output=OUTPUT):
+def break_samples(folder, line, output=OUTPUT, ranks=0):
     """A run that must come to a good end: all datasets of its file."""
-    succeed(folder, f"{line} -monitor none -output {output}")
+    succeed(folder, f"{line} -monitor none -output {output}", ranks)
     return datasets(folder / output)
+
+
+def processes_below(pid):
+    """A process and all that it has started."""
+    found = [pid]
+    for children in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in children.read_text().split():
+            found += processes_below(int(child))
+    return found
+
+
+def kill(process):
+    """kill -9, of a run and everything that mpirun has started for it, at the same time."""
+    for pid in processes_below(process.pid):
+        try:
+            os.kill(pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+    process.communicate()
 
 
 def datasets(path):
