@@ -35,23 +35,18 @@ class Reader {
  public:
   explicit Reader(std::size_t part = 0, std::size_t parts = 1) : part_(part), parts_(parts) {}
 
-  /// One value for all sizes, or one for each.
-  std::string listed(const char* name) {
+  /// Of one value for all sizes, or one for each, that of this size.
+  template <class Number>
+  Number listed_number(const char* name, Number least) {
     const std::string list = text(name);
     const std::vector<std::string> values = split(list);
-    const bool ends_well = !list.empty() && list.back() != ',';
-    if (!ends_well || (values.size() != 1 && values.size() != parts_)) {
+    if (list.ends_with(',') || (values.size() != 1 && values.size() != parts_)) {
       throw InputError(name, list,
                        std::string(find_option(name).allowed) + "; as many as -lattice_size has (" +
                            std::to_string(parts_) + "), or one");
     }
-    return used_[name] = values.size() == 1 ? values.front() : values[part_];
-  }
-
-  template <class Number>
-  Number listed_number(const char* name, Number least) {
-    const std::string value = listed(name);
-    return parse(name, value, value, least);
+    used_[name] = values.size() == 1 ? values.front() : values[part_];
+    return parse(name, list, used_[name], least);
   }
 
   [[nodiscard]] const std::map<std::string, std::string>& used() const { return used_; }

@@ -1,0 +1,109 @@
+/// The default strategy breaks a bond without allocating anything, in our code or in a library below it.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+
+#include "crackle/fracture.hpp"
+#include "crackle/lattice.hpp"
+#include "crackle/observe_breaks.hpp"
+#include "crackle/observe_profile.hpp"
+#include "crackle/pc_updown.hpp"
+#include "crackle/petsc_handle.hpp"
+#include "support/break_record.hpp"
+
+namespace {
+std::atomic<std::int64_t> allocations{0};
+}
+
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* memory, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+// NOLINTBEGIN: every caller in the process, shared libraries too, finds these first
+void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* memory, std::size_t size) {
+  ++allocations;
+  return __libc_realloc(memory, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
+  ++allocations;
+  *memory = __libc_memalign(alignment, size);
+  return *memory == nullptr ? 12 : 0;
+}
+// NOLINTEND
+}
+
+namespace crackle {
+namespace {
+
+/// Calls while each bond of a sample broke: how many breaks had any, and of how many.
+struct Counted {
+  int breaks = 0;
+  int with_allocations = 0;
+};
+
+/// In a sample that has been broken before: every vector has the room that it needs.
+Counted count_allocations(int size) {
+  const Network network = make_network(triangular_lattice(size, 1), Model::spring, Grips::sliding, {});
+  PhaseTimes times;
+  const auto equilibrium = make_equilibrium(network, {.strategy = "tree"}, times);
+  SampleRecord record;
+  ObserveBreaks breaks(record);
+  ObserveProfile profile(network, 1, record);
+  const std::vector<Observer*> observers{&breaks, &profile};
+  const StopRule stop;
+  Fracture sample(*equilibrium, stop, observers);
+  Counted counted;
+  const std::vector<double> threshold = test::uniform_thresholds(network, 3);
+  for (int time = 0; time < 2; ++time) {
+    counted = {};
+    sample.begin(3, threshold);
+    for (std::int64_t before = allocations; sample.step(); before = allocations) {
+      ++counted.breaks;
+      if (allocations != before) ++counted.with_allocations;
+    }
+  }
+  return counted;
+}
+
+/// (-equilibrium ksp does allocate: CHOLMOD makes a workspace for each of its solves.)
+TEST(Allocation, ThereIsNoneWhenABondBreaks) {
+  for (const int size : {8, 24}) {
+    SCOPED_TRACE("L = " + std::to_string(size));
+    const Counted counted = count_allocations(size);
+    EXPECT_GT(counted.breaks, 30);
+    EXPECT_EQ(counted.with_allocations, 0) << "of " << counted.breaks << " breaks";
+  }
+}
+
+TEST(Allocation, IsCounted) {
+  const std::int64_t before = allocations;
+  const std::vector<double> one(100);
+  EXPECT_EQ(allocations, before + 1);
+  EXPECT_EQ(one.back(), 0);
+}
+
+}  // namespace
+}  // namespace crackle
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  const crackle::petsc::Session session(argc, argv, "");
+  crackle::petsc::check(crackle::register_pc_updown());
+  return RUN_ALL_TESTS();
+}
