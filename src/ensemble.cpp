@@ -95,11 +95,11 @@ class Worker {
       auto equilibrium =
           is_ready ? std::move(ready_) : make_equilibrium(runs_[run].network, runs_[run].equilibrium, times);
       ready_.reset();
-      place_.emplace(runs_[run], run, std::move(equilibrium), ranks_, hand_out_, times);
+      place_ = std::make_unique<Workplace>(runs_[run], run, std::move(equilibrium), ranks_, hand_out_, times);
     } catch (const std::exception& error) {
       hand_out_.fail(error.what());
     }
-    return place_.has_value();
+    return place_ != nullptr;
   }
 
   void leave_place() {
@@ -121,7 +121,7 @@ class Worker {
   HandOut& hand_out_;
   std::vector<RunTotals>& totals_;
   std::unique_ptr<Equilibrium> ready_;
-  std::optional<Workplace> place_;
+  std::unique_ptr<Workplace> place_;
   Clock::time_point start_;
 };
 

@@ -58,6 +58,18 @@ std::vector<crackle::Run> make_runs(const std::deque<Study>& studies) {
   return runs;
 }
 
+void echo(const std::deque<Study>& studies) {
+  for (const Study& study : studies) std::printf("%s", study.header.options.c_str());
+  std::fflush(stdout);
+}
+
+Files open_files(const std::deque<Study>& studies) {
+  Files files;
+  for (const Study& study : studies)
+    files.push_back(std::make_unique<crackle::RunFile>(study.scene.output, study.header));
+  return files;
+}
+
 /// Puts the run files together and prints what is in them.
 void report(const std::vector<crackle::Run>& runs, const Files& files,
             std::vector<crackle::RunTotals>& totals, Clock::time_point start, const crackle::Ranks& ranks) {
@@ -74,6 +86,29 @@ void report(const std::vector<crackle::Run>& runs, const Files& files,
   if (!alone) crackle::print_run_time(seconds_since(start), ranks.processes());
 }
 
+/// Everything but where the results go.
+struct Work {
+  std::deque<Study> studies;
+  std::vector<crackle::Run> runs;  ///< views of the studies
+  std::vector<crackle::RunTotals> totals;
+  std::unique_ptr<crackle::Equilibrium> first;  ///< of the largest size
+};
+
+void prepare(std::vector<crackle::Scene> scenes, const crackle::Ranks& ranks, Work& work) {
+  const bool help = scenes.front().help;
+  work.studies = make_studies(std::move(scenes), ranks);
+  work.runs = make_runs(work.studies);
+  work.totals.resize(work.runs.size());
+  const std::size_t largest = crackle::largest_run(work.runs);
+  const crackle::Run& run = work.runs[largest];
+  work.first = crackle::make_equilibrium(run.network, run.equilibrium, work.totals[largest].times);
+  if (help) return;
+  crackle::reject_unused_options();
+  if (ranks.first()) echo(work.studies);
+}
+
+constexpr int kSignalled = 128;  // and the signal's number: the exit status by which a shell tells of one
+
 /// Returns the exit status.
 int break_lattices() {
   // 1. start
@@ -88,43 +123,28 @@ int break_lattices() {
   const bool help = scenes.front().help;
 
   // 3. the intact networks and the first strategy to keep one in equilibrium; the options used, echoed
-  std::deque<Study> studies;
-  std::vector<crackle::Run> runs;
-  ranks.together([&] { studies = make_studies(std::move(scenes), ranks); });
-  ranks.together([&] { runs = make_runs(studies); });
-  std::vector<crackle::RunTotals> totals(runs.size());
-  const std::size_t largest = crackle::largest_run(runs);
-  std::unique_ptr<crackle::Equilibrium> equilibrium;
-  ranks.together([&] {
-    equilibrium =
-        crackle::make_equilibrium(runs[largest].network, runs[largest].equilibrium, totals[largest].times);
-    if (!help) crackle::reject_unused_options();
-  });
+  Work work;
+  ranks.together([&] { prepare(std::move(scenes), ranks, work); });
   if (help) return 0;
 
   // 4. where results go
   Files files;
   ranks.together([&] {
-    if (!ranks.first()) return;
-    for (const Study& study : studies) {
-      std::printf("%s", study.header.options.c_str());
-      files.push_back(std::make_unique<crackle::RunFile>(study.scene.output, study.header));
-    }
-    std::fflush(stdout);
+    if (ranks.first()) files = open_files(work.studies);
   });
 
   // 5. break every sample
   stage.next("Breaks");
-  const crackle::EnsembleEnd end = crackle::run_ensemble(runs, ranks, files, std::move(equilibrium), totals);
+  const crackle::EnsembleEnd end =
+      crackle::run_ensemble(work.runs, ranks, files, std::move(work.first), work.totals);
   if (!end.complaint.empty()) throw crackle::SolverError(end.complaint);
 
   // 6. what came out
   stage.next("Output");
   ranks.together([&] {
-    if (ranks.first()) report(runs, files, totals, start, ranks);
+    if (ranks.first()) report(work.runs, files, work.totals, start, ranks);
     if (ranks.first() && end.signal != 0) crackle::print_early_end(end.signal);
   });
-  constexpr int kSignalled = 128;  // as a shell tells of a signal
   return end.signal == 0 ? 0 : kSignalled + end.signal;
 }
 
