@@ -20,7 +20,7 @@
 namespace crackle {
 
 /// Finished samples wait at most this long for a shard.
-inline constexpr double kFlushSeconds = 1.0;
+inline constexpr double kFlushSeconds = 2.0;  // syncing takes about 10 ms
 /// So many shards of a process become one.
 inline constexpr int kShardsTogether = 64;
 

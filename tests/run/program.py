@@ -8,6 +8,7 @@ import shlex
 import signal
 import subprocess
 import tempfile
+import time
 from pathlib import Path
 
 import h5py
@@ -55,6 +56,14 @@ def break_samples(folder, line, output=OUTPUT, ranks=0):
     """A run that must come to a good end: all datasets of its file."""
     succeed(folder, f"{line} -monitor none -output {output}", ranks)
     return datasets(folder / output)
+
+
+def pause_until_samples_are_due(process):
+    """From its first samples on the run stops for longer than finished ones wait to be written: the next one is."""
+    assert any(line.startswith("-stop ") for line in process.stdout), process.communicate()[1]
+    process.send_signal(signal.SIGSTOP)
+    time.sleep(2.1)
+    process.send_signal(signal.SIGCONT)
 
 
 def processes_below(pid):

@@ -6,7 +6,7 @@ import time
 
 import pytest
 from program import (OUTPUT, assert_same, assert_same_breaks, attributes, break_samples, contents, datasets,
-                     kill, options_of, run, start, succeed)
+                     kill, options_of, pause_until_samples_are_due, run, start, succeed)
 
 SCENE = "-lattice_size 9 -record breaks,profile"
 # every tenth break is a place to go on from, and is kept at once
@@ -153,6 +153,8 @@ def test_sample_goes_on_from_its_checkpoint(tmp_path):
 def interrupt(folder, line, send, ranks=0):
     """Sends a signal to a run in its middle: what it says and its exit status."""
     process = start(folder, line, ranks)
+    if ranks == 0:
+        pause_until_samples_are_due(process)
     wait_for(lambda: list((folder / SHARDS).glob("[0-9]*.h5")), process)
     send(process)
     out, err = process.communicate(timeout=30)
@@ -161,12 +163,12 @@ def interrupt(folder, line, send, ranks=0):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signal_ends_a_run_with_what_is_done(tmp_path, number):
-    line = "-lattice_size 16 -samples 3000"
+    line = "-lattice_size 16 -samples 20000"
     status, out, err = interrupt(tmp_path, line, lambda process: process.send_signal(number))
     assert status == 128 + number and "-resume" in out, err
     found = datasets(tmp_path / OUTPUT)
     done = len(found["/samples/index"])
-    assert 0 < done < 3000 and f"{done} samples, mean" in out
+    assert 0 < done < 20000 and f"{done} samples, mean" in out
     assert list(contents(tmp_path)) == [OUTPUT]
     succeed(tmp_path, f"-lattice_size 16 -samples {done + 3} -resume")
     assert_same(datasets(tmp_path / OUTPUT), break_samples(tmp_path, f"-lattice_size 16 -samples {done + 3}", "whole.h5"))
@@ -179,16 +181,16 @@ def test_second_signal_ends_at_once(tmp_path):
         process.send_signal(signal.SIGTERM)
         process.send_signal(signal.SIGCONT)
 
-    status, out, _ = interrupt(tmp_path, "-lattice_size 16 -samples 3000", twice)
+    status, out, _ = interrupt(tmp_path, "-lattice_size 16 -samples 20000", twice)
     assert status in (-signal.SIGINT, -signal.SIGTERM) and "mean" not in out
 
 
 def test_signal_to_mpirun_loses_nothing(tmp_path):
-    line = "-lattice_size 16 -samples 3000"
+    line = "-lattice_size 16 -samples 20000"
     status, _, _ = interrupt(tmp_path, line, lambda process: process.send_signal(signal.SIGTERM), ranks=2)
     assert status != 0
     found = sum(len(datasets(path)["/samples/index"]) for path in tmp_path.rglob("*.h5"))
-    assert 0 < found < 3000
+    assert 0 < found < 20000
 
 
 def test_signal_keeps_a_sample_where_it_settled_last(tmp_path):

@@ -4,7 +4,8 @@ import signal
 import time
 
 import pytest
-from program import (OUTPUT, assert_same, break_samples, contents, datasets, refuse, run, start, succeed)
+from program import (OUTPUT, assert_same, break_samples, contents, datasets, kill, pause_until_samples_are_due, refuse,
+                     run, start, succeed)
 
 SHARDS = OUTPUT + ".shards"
 LINE = "-lattice_size 32 -samples 60 -monitor none"
@@ -45,7 +46,7 @@ def test_folder_that_can_not_be_written(tmp_path):
 
 @pytest.mark.parametrize("ranks", [0, 2])
 def test_folder_that_goes_away_in_the_middle(tmp_path, ranks):
-    process = start(tmp_path, "-lattice_size 32 -samples 1000 -monitor none", ranks)
+    process = start(tmp_path, "-lattice_size 32 -samples 4000 -monitor none", ranks)
     wait_for(lambda: list((tmp_path / SHARDS).glob("[0-9]*.h5")), process)
     (tmp_path / SHARDS).rename(tmp_path / "elsewhere")
     _, err = process.communicate(timeout=30)
@@ -58,15 +59,12 @@ def test_folder_that_goes_away_in_the_middle(tmp_path, ranks):
 
 
 def leave_shards(folder):
-    """A run that was killed when it had two shards: after the first it stops for longer than samples wait."""
-    process = start(folder, "-lattice_size 32 -samples 400 -monitor none")
-    wait_for((folder / SHARDS / "0.h5").exists, process)
-    process.send_signal(signal.SIGSTOP)
-    time.sleep(1.1)
-    process.send_signal(signal.SIGCONT)
-    wait_for((folder / SHARDS / "1.h5").exists, process)
-    process.kill()
-    process.communicate()
+    """A run that was killed, continued and killed again: two shards."""
+    for shard in ("0.h5", "1.h5"):
+        process = start(folder, "-lattice_size 32 -samples 400 -monitor none -resume")
+        pause_until_samples_are_due(process)
+        wait_for((folder / SHARDS / shard).exists, process)
+        kill(process)
 
 
 def test_truncated_shard_is_named_and_the_rest_is_kept(tmp_path):

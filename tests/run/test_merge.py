@@ -4,8 +4,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from program import (CRACKLE, OUTPUT, assert_same, break_samples, contents, datasets, options_of, start, succeed,
-                     kill)
+from program import (CRACKLE, OUTPUT, assert_same, break_samples, contents, datasets, options_of,
+                     pause_until_samples_are_due, start, succeed, kill)
 
 SCENE = "-lattice_size 8 -record breaks,profile,snapshot,network -record_snapshot_at 1,4"
 
@@ -88,6 +88,7 @@ def test_bad_words(tmp_path):
 def test_run_that_was_killed_counts_with_what_it_has(tmp_path):
     process = start(tmp_path, "-lattice_size 32 -samples 500 -monitor none")
     shard = tmp_path / (OUTPUT + ".shards") / "0.h5"
+    pause_until_samples_are_due(process)
     while not shard.exists():
         assert process.poll() is None
     kill(process)
