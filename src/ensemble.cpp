@@ -39,7 +39,7 @@ void break_samples(const Run& run, Equilibrium& equilibrium, RunFile& file, Phas
   Progress progress(run.ensemble.samples - had, run.ensemble.monitor == Monitor::none);
   for (std::int64_t index = first; index < end; ++index) {
     if (finished.contains(index)) continue;
-    if (!run.disorder.from_file) draw_uniform_thresholds(run.disorder.seed, index, threshold);
+    if (!run.disorder.from_file) draw_thresholds(run.disorder, index, threshold);
     record.summary = break_sample(equilibrium, index, threshold, run.ensemble.stop, observers);
     {
       const PhaseScope scope(times, Phase::output);

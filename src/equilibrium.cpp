@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "crackle/equilibrium_dense.hpp"
@@ -41,6 +42,7 @@ void Equilibrium::reset(std::span<const double> threshold) {
     threshold_[e] = network_.can_stretch(e) ? threshold[e] : kNever;
   intact_stiffness_ = 0;
   complaint_.clear();
+  removed_ = 0;
   do_reset();
 }
 
@@ -48,7 +50,34 @@ void Equilibrium::remove(BondId bond) {
   broken_[bond] = 1;
   threshold_[bond] = kNever;
   ++counts_.breaks;
+  ++removed_;
   do_remove(bond);
+}
+
+State Equilibrium::find_critical(Critical& next) {
+  const State state = search(next);
+  const bool due = options_.check_every > 0 && removed_ % options_.check_every == 0;
+  return state == State::carrying && due ? double_check(next) : state;
+}
+
+State Equilibrium::double_check(Critical& next) {
+  std::vector<double> r(static_cast<std::size_t>(network_.unknowns));
+  ++counts_.checks;
+  double error = backward_error(network_, broken_, displacements(), r);
+  if (!(error <= options_.check_bound)) {
+    const State state = renew() ? search(next) : State::failed;
+    if (state != State::carrying) return state;
+    error = backward_error(network_, broken_, displacements(), r);
+  }
+  counts_.largest_residual = std::max(counts_.largest_residual, error);
+  if (error <= options_.check_bound) return State::carrying;
+  std::array<char, 160> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "-equilibrium_check: even from scratch the solver leaves a backward error of %.2g, above %.2g", error,
+      options_.check_bound);
+  complaint_ = text.data();
+  return State::unsolved;
 }
 
 State Equilibrium::scan(std::span<const double> u, Critical& next) {

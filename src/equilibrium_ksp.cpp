@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "crackle/error.hpp"
 #include "crackle/network_matrix.hpp"
 #include "crackle/option_text.hpp"
-#include "crackle/pc_updown.hpp"
+#include "crackle/preconditioner.hpp"
 
 namespace crackle {
 
@@ -22,8 +23,6 @@ constexpr double kSlackRounding = 1e-12;
 /// A slack below this, and every kCheckEvery-th break, has the residual measured.
 constexpr double kDoubtfulSlack = 1e-4;
 constexpr std::int64_t kCheckEvery = 64;
-/// Backward error above which the downdated factor is replaced; a fresh one leaves 1e-16.
-constexpr double kLargestResidual = 1e-12;
 /// Defaults of -ksp_rtol, tight enough that iterative solvers break the same bonds, and of -ksp_divtol and
 /// -ksp_max_it: near failure a residual grows by the root of the condition number before it falls.
 constexpr double kDefaultTolerance = 1e-12;
@@ -41,16 +40,18 @@ void check_options(PetscErrorCode code) {
 class EquilibriumKsp final : public Equilibrium {
  public:
   EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times);
-  [[nodiscard]] State find_critical(Critical& next) override;
   [[nodiscard]] std::span<const double> displacements() override;
   [[nodiscard]] EquilibriumCounts counts() const override;
 
  private:
   void do_reset() override;
   void do_remove(BondId bond) override;
+  [[nodiscard]] State search(Critical& next) override;
+  [[nodiscard]] bool renew() override;
   void create_solver();
   /// Fills u_; `failed` when K is singular.
   [[nodiscard]] State solve();
+  [[nodiscard]] State iterate();
   [[nodiscard]] State judge(KSPConvergedReason reason);
   [[nodiscard]] State confirm_failure(const std::string& why);
   void downdate(BondId bond);
@@ -62,13 +63,12 @@ class EquilibriumKsp final : public Equilibrium {
   petsc::VecHandle load_, u_;
   petsc::KspHandle ksp_;
   petsc::KspHandle direct_;  ///< made when an iteration fails, to tell failure from trouble
-  PC pc_ = nullptr;
-  bool updown_ = false;
+  std::optional<Preconditioner> preconditioner_;
+  bool follows_ = false;  ///< the preconditioner is a factor that follows the breaks
   bool preonly_ = false;
   bool loose_ = false;  ///< the last break left nothing that carries
   bool check_due_ = false;
-  bool kept_ = false;  ///< the intact factor has a copy
-  std::int64_t solves_ = 0;
+  bool kept_ = false;              ///< the intact factor has a copy
   std::vector<BondId> removed_;    ///< since reset
   std::vector<double> workspace_;  ///< [n] of the residual
 };
@@ -84,26 +84,24 @@ EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions&
   // the intact factor, at once: solvers read the last of their options here. A singular matrix shows again,
   // and is told, in the first solve.
   const PhaseScope scope(times, Phase::factor);
-  const PetscErrorCode code = KSPSetUp(ksp_);
+  const PetscErrorCode code = preconditioner_->set_up();
   if (code != PETSC_ERR_MAT_CH_ZRPVT) check_options(code);
 }
 
 void EquilibriumKsp::create_solver() {
   check(KSPCreate(PETSC_COMM_SELF, ksp_.out()));
   check(KSPSetOperators(ksp_, matrix_.get(), matrix_.get()));
-  check(KSPGetPC(ksp_, &pc_));
+  PC pc = nullptr;
+  check(KSPGetPC(ksp_, &pc));
   check(KSPSetType(ksp_, KSPPREONLY));
-  check(PCSetType(pc_, "updown"));
+  check(PCSetType(pc, "updown"));
   check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, kDefaultDivergence, kDefaultIterations));
   check_options(KSPSetFromOptions(ksp_));
-  updown_ = is_pc_updown(pc_);
+  preconditioner_.emplace(ksp_, network_, options_.refactor_every);
+  follows_ = preconditioner_->follows();
   PetscBool preonly = PETSC_FALSE;
   check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(ksp_)), KSPPREONLY, &preonly));
   preonly_ = preonly == PETSC_TRUE;
-  if (updown_ && preonly_ && pc_updown_rank(pc_) > 1) {
-    throw InputError("-pc_updown_rank", std::to_string(pc_updown_rank(pc_)),
-                     "1 under -ksp_type preonly; -ksp_type cg solves what the factor has not yet");
-  }
 }
 
 void EquilibriumKsp::do_reset() {
@@ -116,9 +114,8 @@ void EquilibriumKsp::do_reset() {
     matrix_.update(removed_, broken());
     removed_.clear();
   }
-  if (!updown_) return;
   const PhaseScope scope(times_, Phase::factor);
-  pc_updown_restore(pc_);
+  preconditioner_->restore();
 }
 
 void EquilibriumKsp::do_remove(BondId bond) {
@@ -127,7 +124,7 @@ void EquilibriumKsp::do_remove(BondId bond) {
     const PhaseScope scope(times_, Phase::assembly);
     matrix_.update({&bond, 1}, broken());
   }
-  if (updown_) downdate(bond);
+  downdate(bond);
 }
 
 /// F after the break follows from F before it, the bond's force f at unit plate load and the slack s:
@@ -143,9 +140,10 @@ void EquilibriumKsp::downdate(BondId bond) {
   double slack = 1;
   {
     const PhaseScope scope(times_, Phase::downdate);
-    slack = pc_updown_remove(pc_, w);
+    slack = preconditioner_->remove(w);
   }
-  if (pc_updown_rank(pc_) == 1) {
+  if (!follows_) return;
+  if (preconditioner_->rank() == 1) {
     const auto u = displacements();
     const double force = k * elongation(network_, bond, u);
     const double most =
@@ -156,27 +154,35 @@ void EquilibriumKsp::downdate(BondId bond) {
   counts_.smallest_slack = std::min(counts_.smallest_slack, slack);
   check_due_ = slack < kDoubtfulSlack || std::ssize(removed_) % kCheckEvery == 0;
   if (slack >= kSmallSlack) return;
-  const PhaseScope scope(times_, Phase::factor);
-  ++counts_.refactors;
-  loose_ = !pc_updown_refactor(pc_);
+  loose_ = !renew();
 }
 
+/// An iteration that gives up on an old preconditioner tries a new one.
 State EquilibriumKsp::solve() {
+  const std::int64_t before = counts_.confirmations;
+  const State state = iterate();
+  if (state == State::carrying || !preconditioner_->lags()) return state;
+  counts_.confirmations = before;
+  return renew() ? iterate() : State::failed;
+}
+
+State EquilibriumKsp::iterate() {
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscErrorCode code = 0;
   {
     const PhaseScope scope(times_, Phase::factor);
-    code = KSPSetUp(ksp_);
-    if (code == 0) code = PCSetUp(pc_);  // a KSP that is set up doesn't look whether its matrix has changed
-    if (updown_ && !kept_ && options_.many_samples && removed_.empty() && code == 0) {
-      pc_updown_keep(pc_);
+    code = preconditioner_->set_up();
+    if (!kept_ && options_.many_samples && removed_.empty() && code == 0) {
+      preconditioner_->keep();
       kept_ = true;
     }
     // an unknown that was pinned though something holds it shows in the residual
-    if (updown_ && removed_.empty() && pc_updown_counts(pc_).null_pivots > 0) check_due_ = true;
+    if (removed_.empty() && preconditioner_->counts().null_pivots > 0) check_due_ = true;
   }
+  PC pc = nullptr;
+  check(KSPGetPC(ksp_, &pc));
   PCFailedReason failed = PC_NOERROR;
-  if (code == 0) check(PCGetFailedReason(pc_, &failed));
+  if (code == 0) check(PCGetFailedReason(pc, &failed));
   if (failed != PC_NOERROR) return confirm_failure("the preconditioner could not be set up");
   if (code == 0) {
     const PhaseScope scope(times_, Phase::solve);
@@ -185,7 +191,6 @@ State EquilibriumKsp::solve() {
   // CHOLMOD through PETSc answers a singular matrix with this error
   if (code == PETSC_ERR_MAT_CH_ZRPVT) return confirm_failure(petsc::last_message());
   check(code);
-  ++solves_;
   check(KSPGetConvergedReason(ksp_, &reason));
   PetscInt iterations = 0;
   check(KSPGetIterationNumber(ksp_, &iterations));
@@ -231,17 +236,13 @@ double EquilibriumKsp::measure_residual() {
 /// Replaces a downdated factor whose residual has grown, once.
 State EquilibriumKsp::check_downdates() {
   double error = measure_residual();
-  if (!(error <= kLargestResidual)) {
-    {
-      const PhaseScope scope(times_, Phase::factor);
-      ++counts_.refactors;
-      if (!pc_updown_refactor(pc_)) return State::failed;
-    }
+  if (!(error <= kLargestError)) {
+    if (!renew()) return State::failed;
     const State state = solve();
     if (state != State::carrying) return state;
     error = measure_residual();
   }
-  if (!(error <= kLargestResidual)) {
+  if (!(error <= kLargestError)) {
     complaint_ =
         "even a fresh factor leaves a relative residual above 1e-12: the stiffnesses differ too much";
     return State::unsolved;
@@ -254,16 +255,22 @@ State EquilibriumKsp::check_downdates() {
 /// preconditioner alone is no solver: the residual, cheap beside a factorization, tells.
 State EquilibriumKsp::check_direct() {
   const double error = measure_residual();
-  if (!(error <= kLargestResidual)) return confirm_failure("the solver left a relative residual above 1e-12");
+  if (!(error <= kLargestError)) return confirm_failure("the solver left a relative residual above 1e-12");
   counts_.largest_residual = std::max(counts_.largest_residual, error);
   return State::carrying;
 }
 
-State EquilibriumKsp::find_critical(Critical& next) {
+bool EquilibriumKsp::renew() {
+  const PhaseScope scope(times_, Phase::factor);
+  ++counts_.refactors;
+  return preconditioner_->renew();
+}
+
+State EquilibriumKsp::search(Critical& next) {
   if (loose_) return State::failed;
   State state = solve();
   if (state == State::carrying && check_due_) state = check_downdates();
-  if (state == State::carrying && preonly_ && !updown_) state = check_direct();
+  if (state == State::carrying && preonly_ && !follows_) state = check_direct();
   if (state == State::carrying && !(displacements()[network_.plate] > 0)) {
     state = confirm_failure("the solver moved the plate against its load, or not at all");
   }
@@ -284,13 +291,10 @@ std::span<const double> EquilibriumKsp::displacements() {
 
 EquilibriumCounts EquilibriumKsp::counts() const {
   EquilibriumCounts counts = counts_;
-  counts.factorizations = solves_;  // PETSc sets up afresh for every changed matrix
-  if (updown_) {
-    const PcUpdownCounts pc = pc_updown_counts(pc_);
-    counts.factorizations = pc.factorizations;
-    counts.null_pivots = pc.null_pivots;
-    counts.factor_entries = pc.entries;
-  }
+  const PreconditionerCounts made = preconditioner_->counts();
+  counts.factorizations = made.factorizations;
+  counts.null_pivots = made.null_pivots;
+  counts.factor_entries = made.entries;
   return counts;
 }
 

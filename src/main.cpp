@@ -13,8 +13,8 @@
 #include "crackle/equilibrium_tree.hpp"
 #include "crackle/network_file.hpp"
 #include "crackle/option_text.hpp"
-#include "crackle/pc_updown.hpp"
 #include "crackle/petsc_handle.hpp"
+#include "crackle/preconditioner.hpp"
 #include "crackle/report.hpp"
 #include "crackle/scene.hpp"
 
@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 void break_lattices() {
   // 1. start
   const auto start = Clock::now();
-  crackle::petsc::check(crackle::register_pc_updown());
+  crackle::register_preconditioners();
   crackle::petsc::LogStage stage("Set-up");
   crackle::PhaseTimes times;
 

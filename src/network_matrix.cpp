@@ -17,6 +17,7 @@ NetworkMatrix::NetworkMatrix(const Network& network) : network_(network) {
   }
   for (const Dof slot : network.idle) check(MatSetValue(matrix_, slot, slot, 1.0, INSERT_VALUES));
   update(all, none);
+  attach_rigid_motions();
   check(MatSetOption(matrix_, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
 }
 
@@ -60,6 +61,39 @@ void NetworkMatrix::allocate() {
   check(MatSeqAIJSetPreallocation(matrix_, 0, entries.data()));
   check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
   check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+}
+
+/// Two translations and a rotation, orthonormal; the plate moves with the rows in the first two.
+void NetworkMatrix::attach_rigid_motions() {
+  const int components = network_.components;
+  std::vector<petsc::VecHandle> motions(components == 2 ? 3 : 1);
+  std::array<Vec, 3> bare{};
+  for (std::size_t m = 0; m < motions.size(); ++m) {
+    check(MatCreateVecs(matrix_, motions[m].out(), nullptr));
+    double* value = nullptr;
+    check(VecGetArray(motions[m], &value));
+    for (std::size_t slot = 0; slot < network_.dof.size(); ++slot) {
+      if (network_.dof[slot] == Network::kFixed) continue;
+      const Vector2 p = network_.lattice.position[slot / components];
+      const std::size_t c = slot % components;
+      value[network_.dof[slot]] = m == 2 ? (c == 0 ? -p.y : p.x) : c == m ? 1 : 0;
+    }
+    if (m == 2) value[network_.plate] = 0;
+    check(VecRestoreArray(motions[m], &value));
+    for (std::size_t before = 0; before < m; ++before) {
+      PetscScalar share = 0;
+      check(VecDot(motions[m], motions[before], &share));
+      check(VecAXPY(motions[m], -share, motions[before]));
+    }
+    PetscReal length = 0;
+    check(VecNormalize(motions[m], &length));
+    if (length == 0) return;  // too few unknowns to move so
+    bare[m] = motions[m];
+  }
+  petsc::NullSpaceHandle space;
+  check(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, static_cast<PetscInt>(motions.size()), bare.data(),
+                           space.out()));
+  check(MatSetNearNullSpace(matrix_, space));
 }
 
 double NetworkMatrix::entry(Dof row, Dof column, std::span<const std::uint8_t> broken) const {

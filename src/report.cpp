@@ -56,6 +56,8 @@ void print_counts(const EquilibriumCounts& counts) {
   if (counts.null_pivots > 0)
     std::printf("  null pivots pinned   %lld\n", static_cast<long long>(counts.null_pivots));
   if (counts.smallest_slack < 1) std::printf("  smallest slack       %.3g\n", counts.smallest_slack);
+  if (counts.checks > 0)
+    std::printf("  residual checked     at %lld breaks\n", static_cast<long long>(counts.checks));
   if (counts.largest_residual > 0) std::printf("  largest residual     %.3g\n", counts.largest_residual);
 }
 

@@ -91,6 +91,24 @@ class Reader {
   std::map<std::string, std::string> used_;
 };
 
+StiffnessOptions read_stiffness(Reader& reader) {
+  StiffnessOptions options;
+  options.kind = reader.choice("-stiffness", {std::pair{"uniform", StiffnessKind::uniform},
+                                              {"random", StiffnessKind::random},
+                                              {"inclusion", StiffnessKind::inclusion},
+                                              {"band", StiffnessKind::band}});
+  if (options.kind != StiffnessKind::uniform) {
+    options.contrast = reader.number("-stiffness_contrast", 1.0);
+  }
+  options.dilution = reader.number("-lattice_dilution", 0.0);
+  if (options.dilution >= 1) {
+    throw InputError("-lattice_dilution", reader.text("-lattice_dilution"),
+                     find_option("-lattice_dilution").allowed);
+  }
+  options.seed = reader.number("-seed", std::uint64_t{0});
+  return options;
+}
+
 NetworkOptions read_network(Reader& reader) {
   NetworkOptions options;
   options.from_file = reader.choice("-lattice", {std::pair{"triangular", false}, {"file", true}});
@@ -110,15 +128,26 @@ NetworkOptions read_network(Reader& reader) {
     throw InputError("-lattice_size", std::to_string(options.size), find_option("-lattice_size").allowed);
   }
   options.row_spacing = reader.positive("-lattice_row_spacing");
+  options.stiffness = read_stiffness(reader);
   return options;
 }
 
 DisorderOptions read_disorder(Reader& reader, bool network_from_file) {
   DisorderOptions options;
-  options.from_file = reader.choice("-disorder", {std::pair{"uniform", false}, {"file", true}});
+  options.from_file = reader.text("-disorder") == "file";
   if (options.from_file && !network_from_file)
-    throw InputError("-disorder", "file", "uniform without -lattice file");
-  if (!options.from_file) options.seed = reader.number("-seed", std::uint64_t{0});
+    throw InputError("-disorder", "file", "uniform, power or constant without -lattice file");
+  if (options.from_file) return options;
+  options.thresholds = reader.choice("-disorder", {std::pair{"uniform", Thresholds::uniform},
+                                                   {"power", Thresholds::power},
+                                                   {"constant", Thresholds::constant}});
+  if (options.thresholds == Thresholds::power) options.exponent = reader.positive("-disorder_exponent");
+  options.zero_share = reader.number("-disorder_zero_share", 0.0);
+  if (options.zero_share > 1) {
+    throw InputError("-disorder_zero_share", reader.text("-disorder_zero_share"),
+                     find_option("-disorder_zero_share").allowed);
+  }
+  options.seed = reader.number("-seed", std::uint64_t{0});
   return options;
 }
 
@@ -202,6 +231,13 @@ void read_strategy(Reader& reader, Scene& scene) {
   // who names a KSP or a PC, if only to view it, wants it used
   const bool named = reader.given("-equilibrium") || solver_options().empty();
   scene.equilibrium.strategy = named ? reader.text("-equilibrium") : reader.note("-equilibrium", "ksp");
+  scene.equilibrium.check_every = reader.number("-equilibrium_check", std::int64_t{0});
+  if (scene.equilibrium.check_every > 0) {
+    scene.equilibrium.check_bound = reader.positive("-equilibrium_check_bound");
+  }
+  if (scene.equilibrium.strategy == "ksp") {
+    scene.equilibrium.refactor_every = reader.number("-equilibrium_refactor_every", 1);
+  }
   if (scene.equilibrium.strategy != "tree") return;
   scene.equilibrium.verify = reader.flag("-equilibrium_tree_verify");
   scene.tree_view = reader.flag("-equilibrium_tree_view");
@@ -256,7 +292,7 @@ RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
   if (scene.disorder.from_file) header.threshold = intact.threshold;
   if (!scene.disorder.from_file && scene.ensemble.samples == 1) {
     header.threshold.resize(intact.network.lattice.bond.size());
-    draw_uniform_thresholds(scene.disorder.seed, scene.ensemble.first_sample, header.threshold);
+    draw_thresholds(scene.disorder, scene.ensemble.first_sample, header.threshold);
   }
   return header;
 }

@@ -42,14 +42,21 @@ struct EquilibriumCounts {
   std::int64_t unknowns = 0;        ///< size of the system
   std::int64_t factor_entries = 0;  ///< entries of the factor; 0 where the solver doesn't tell
   double smallest_slack = 1;        ///< smallest 1 - k b^T K^-1 b of a bond that left something carrying
+  std::int64_t checks = 0;          ///< breaks at which `check_every` had the residual measured
   double largest_residual = 0;      ///< largest backward error measured
 };
+
+/// Backward error that is not believed: a direct solver leaves 1e-16 to 1e-14.
+inline constexpr double kLargestError = 1e-12;
 
 struct EquilibriumOptions {
   std::string strategy = "tree";  ///< name in `-equilibrium`
   BreakOn break_on = BreakOn::magnitude;
-  bool verify = false;       ///< tree: compare every break with a full solve by a fresh factor
-  bool many_samples = true;  ///< reset will be called again: keep what makes it cheap
+  int refactor_every = 1;        ///< ksp: breaks that a preconditioner made from scratch serves
+  std::int64_t check_every = 0;  ///< breaks between two looks at the residual; 0: the strategy's own choice
+  double check_bound = kLargestError;  ///< backward error above which a factor is made anew
+  bool verify = false;                 ///< tree: compare every break with a full solve by a fresh factor
+  bool many_samples = true;            ///< reset will be called again: keep what makes it cheap
 };
 
 /// F below this fraction of the intact network's F is failure.
@@ -79,7 +86,9 @@ class Equilibrium {
   void reset(std::span<const double> threshold);
 
   /// The bond with the largest ratio of force to threshold; fills `next` when the state is `carrying`.
-  [[nodiscard]] virtual State find_critical(Critical& next) = 0;
+  /// With check_every > 0, every so many breaks the residual is measured from the bonds first; above
+  /// check_bound the factor is made anew, and when that doesn't help the state is `unsolved`.
+  [[nodiscard]] State find_critical(Critical& next);
 
   /// Removes a bond that find_critical named.
   void remove(BondId bond);
@@ -96,7 +105,9 @@ class Equilibrium {
   [[nodiscard]] const std::string& complaint() const { return complaint_; }
 
  protected:
-  virtual void do_reset() = 0;              ///< broken() and threshold() are the new sample's already
+  virtual State search(Critical& next) = 0;  ///< find_critical without the check
+  virtual bool renew() = 0;     ///< the next search starts from a new factor; false: K is singular
+  virtual void do_reset() = 0;  ///< broken() and threshold() are the new sample's already
   virtual void do_remove(BondId bond) = 0;  ///< broken()[bond] is 1 already
 
   /// Scans every force that u (unit plate load, size n) implies. `failed` when no ratio is above 0.
@@ -119,6 +130,9 @@ class Equilibrium {
   [[nodiscard]] std::span<const double> threshold() const { return threshold_; }
 
  private:
+  [[nodiscard]] State double_check(Critical& next);
+
+  std::int64_t removed_ = 0;  ///< since reset
   std::vector<std::uint8_t> broken_;
   std::vector<double> threshold_;
   std::vector<double> ratio_;  ///< [M] workspace of scan; empty until it is first called

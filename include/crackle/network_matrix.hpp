@@ -13,6 +13,8 @@ namespace crackle {
 /// K (SEQAIJ, n x n, block size: components), entry by entry the sum over the unbroken bonds in ascending
 /// order. An entry that a break touches is summed afresh, never subtracted from: K is at any time, bit for
 /// bit, what an assembly from scratch would give, however much stiffer the broken bond was than the rest.
+///
+/// Its near-nullspace is the rigid motions (a fuse network: the constant), which multigrid asks for.
 class NetworkMatrix {
  public:
   explicit NetworkMatrix(const Network& network);
@@ -25,6 +27,7 @@ class NetworkMatrix {
  private:
   [[nodiscard]] double entry(Dof row, Dof column, std::span<const std::uint8_t> broken) const;
   void list_bonds();
+  void attach_rigid_motions();
   void allocate();
 
   const Network& network_;

@@ -10,19 +10,28 @@ namespace {
 /// A strategy whose displacements the test gives: what is left is the interface's own part.
 class Given final : public Equilibrium {
  public:
+  explicit Given(const Network& network, EquilibriumOptions options)
+      : Equilibrium(network, options, none_), u_(static_cast<std::size_t>(network.unknowns), 1.0) {}
   explicit Given(const Network& network, BreakOn break_on = BreakOn::magnitude)
       : Equilibrium(network, {.break_on = break_on}, none_),
         u_(static_cast<std::size_t>(network.unknowns), 1.0) {}
 
-  [[nodiscard]] State find_critical(Critical& next) override { return scan(u_, next); }
   [[nodiscard]] std::span<const double> displacements() override { return u_; }
   using Equilibrium::has_failed;
 
   std::vector<double> u_;
+  double u_after_renewal = 0;  ///< 0: the new factor gives what the old one gave
+  int renewals = 0;
   int resets = 0;
   std::vector<BondId> removed;
 
  private:
+  State search(Critical& next) override { return scan(u_, next); }
+  bool renew() override {
+    ++renewals;
+    if (u_after_renewal != 0) u_[0] = u_after_renewal;
+    return true;
+  }
   void do_reset() override { ++resets; }
   void do_remove(BondId bond) override { removed.push_back(bond); }
   PhaseTimes none_;
@@ -58,6 +67,35 @@ TEST(Equilibrium, ScanFindsTheLargestRatioAndOfTiesTheLowestBond) {
     equilibrium.reset(std::vector{2.0, 0.0, 1.0, 0.0});
     EXPECT_EQ(critical_bond(equilibrium), 1) << "no threshold at all";
   }
+}
+
+/// Three fuses side by side: u = 1/3, 1/2, 1 as they break.
+TEST(Equilibrium, CheckMeasuresEveryNthBreakRenewsAndThenComplains) {
+  const Network network = test::bundle(3);
+  Critical next;
+  Given checked(network, {.check_every = 2});
+  checked.reset(std::vector{0.1, 0.2, 0.3});
+  checked.u_ = {1.0 / 3};
+  EXPECT_EQ(checked.find_critical(next), State::carrying);
+  EXPECT_EQ(checked.counts().checks, 1);
+  checked.remove(0);
+  checked.u_ = {0.4};  // wrong, and nobody looks
+  EXPECT_EQ(checked.find_critical(next), State::carrying);
+  EXPECT_EQ(checked.counts().checks, 1);
+  checked.remove(1);
+  checked.u_after_renewal = 1;
+  EXPECT_EQ(checked.find_critical(next), State::carrying) << "put right";
+  EXPECT_EQ(checked.renewals, 1);
+  EXPECT_EQ(next.load, 0.3);
+  EXPECT_LT(checked.counts().largest_residual, 1e-15);
+
+  Given hopeless(network, {.check_every = 1, .check_bound = 1e-3});
+  hopeless.reset(std::vector{0.1, 0.2, 0.3});
+  hopeless.u_ = {0.3};
+  EXPECT_EQ(hopeless.find_critical(next), State::unsolved);
+  EXPECT_EQ(hopeless.renewals, 1);
+  EXPECT_NE(hopeless.complaint().find("-equilibrium_check"), std::string::npos);
+  EXPECT_NE(hopeless.complaint().find("0.001"), std::string::npos) << hopeless.complaint();
 }
 
 TEST(Equilibrium, TensionLeavesWhatIsPressedAndFailsWithoutAny) {
