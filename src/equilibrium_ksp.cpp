@@ -47,6 +47,7 @@ class EquilibriumKsp final : public Equilibrium {
   void do_reset() override;
   void do_remove(BondId bond) override;
   [[nodiscard]] State search(Critical& next) override;
+  [[nodiscard]] bool iterates() const override { return !preonly_; }
   [[nodiscard]] bool renew() override;
   void create_solver();
   /// Fills u_; `failed` when K is singular.
@@ -99,6 +100,7 @@ void EquilibriumKsp::create_solver() {
   check_options(KSPSetFromOptions(ksp_));
   preconditioner_.emplace(ksp_, network_, options_.refactor_every);
   follows_ = preconditioner_->follows();
+  if (!follows_) matrix_.hold_loose();
   PetscBool preonly = PETSC_FALSE;
   check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(ksp_)), KSPPREONLY, &preonly));
   preonly_ = preonly == PETSC_TRUE;
@@ -130,13 +132,7 @@ void EquilibriumKsp::do_remove(BondId bond) {
 /// F after the break follows from F before it, the bond's force f at unit plate load and the slack s:
 /// 1/F' = 1/F + f^2 / (k s) (Sherman-Morrison), so that the largest s that rounding allows bounds F'.
 void EquilibriumKsp::downdate(BondId bond) {
-  RankOne w;
-  const double k = network_.stiffness[bond];
-  for (std::size_t i = 0; i < network_.bond_dofs(bond).size(); ++i) {
-    if (network_.bond_values(bond)[i] == 0) continue;
-    w.row[w.size] = network_.bond_dofs(bond)[i];
-    w.value[w.size++] = std::sqrt(k) * network_.bond_values(bond)[i];
-  }
+  const RankOne w = break_change(network_, bond);
   double slack = 1;
   {
     const PhaseScope scope(times_, Phase::downdate);
@@ -145,6 +141,7 @@ void EquilibriumKsp::downdate(BondId bond) {
   if (!follows_) return;
   if (preconditioner_->rank() == 1) {
     const auto u = displacements();
+    const double k = network_.stiffness[bond];
     const double force = k * elongation(network_, bond, u);
     const double most =
         1 / (u[network_.plate] + force * force / (k * (std::max(slack, 0.0) + kSlackRounding)));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace crackle {
 
@@ -110,7 +111,7 @@ double NetworkMatrix::entry(Dof row, Dof column, std::span<const std::uint8_t> b
     }
     sum += network_.stiffness[e] * (at_row * at_column);
   }
-  return sum;
+  return holds_loose_ && row == column && sum == 0 ? 1 : sum;
 }
 
 void NetworkMatrix::update(std::span<const BondId> bonds, std::span<const std::uint8_t> broken) {
@@ -132,6 +133,16 @@ void NetworkMatrix::update(std::span<const BondId> bonds, std::span<const std::u
   }
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
+}
+
+RankOne break_change(const Network& network, BondId bond) {
+  RankOne w;
+  for (std::size_t i = 0; i < network.bond_dofs(bond).size(); ++i) {
+    if (network.bond_values(bond)[i] == 0) continue;
+    w.row[w.size] = network.bond_dofs(bond)[i];
+    w.value[w.size++] = std::sqrt(network.stiffness[bond]) * network.bond_values(bond)[i];
+  }
+  return w;
 }
 
 }  // namespace crackle

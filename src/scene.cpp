@@ -227,7 +227,7 @@ EnsembleOptions read_ensemble(Reader& reader, bool one_sample) {
   return options;
 }
 
-void read_strategy(Reader& reader, Scene& scene) {
+void read_equilibrium(Reader& reader, Scene& scene) {
   // who names a KSP or a PC, if only to view it, wants it used
   const bool named = reader.given("-equilibrium") || solver_options().empty();
   scene.equilibrium.strategy = named ? reader.text("-equilibrium") : reader.note("-equilibrium", "ksp");
@@ -262,13 +262,61 @@ Scene read_scene() {
   scene.disorder = read_disorder(reader, scene.network.from_file);
   scene.equilibrium.break_on =
       reader.choice("-break_on", {std::pair{"magnitude", BreakOn::magnitude}, {"tension", BreakOn::tension}});
-  read_strategy(reader, scene);
+  read_equilibrium(reader, scene);
   scene.ensemble = read_ensemble(reader, scene.disorder.from_file);
   scene.equilibrium.many_samples = scene.ensemble.samples > 1;
   scene.output = read_output(reader);
   scene.options = solver_options();
   for (const auto& [name, value] : reader.used()) scene.options[name] = value;
   return scene;
+}
+
+EquilibriumOptions read_strategy() {
+  Reader reader;
+  Scene scene;
+  read_equilibrium(reader, scene);
+  return scene.equilibrium;
+}
+
+CompareOptions read_comparison(Scene& scene) {
+  Reader reader;
+  CompareOptions options;
+  options.files = split(reader.text("-compare"));
+  if (options.files.empty()) throw InputError("-compare", "not given", find_option("-compare").allowed);
+  options.tolerances = split(reader.text("-compare_rtol"));
+  for (const std::string& rtol : options.tolerances) {
+    const double value = Reader::parse("-compare_rtol", rtol, rtol, 0.0);
+    if (!(value > 0 && value < 1))
+      throw InputError("-compare_rtol", rtol, find_option("-compare_rtol").allowed);
+  }
+  options.every = reader.number("-compare_every", std::int64_t{1});
+  options.repetitions = reader.number("-compare_repetitions", 1);
+  options.skip = reader.number("-compare_skip", std::int64_t{0});
+  options.along =
+      reader.choice("-compare_along", {std::pair{"reference", Along::reference}, {"own", Along::own}});
+  options.reference = reader.choice("-compare_reference", {std::pair{"auto", ReferenceKind::automatic},
+                                                           {"quad", ReferenceKind::quad},
+                                                           {"refined", ReferenceKind::refined}});
+  if (reader.given("-output")) options.path = scene.output.path;
+  options.overwrite = scene.output.overwrite;
+  options.quiet = scene.ensemble.monitor == Monitor::none;
+  const auto kind = scene.ensemble.stop.kind;
+  if (kind != StopRule::Kind::failure && kind != StopRule::Kind::breaks) {
+    throw InputError("-stop", scene.options["-stop"], "failure or breaks=n in a comparison");
+  }
+  if (scene.ensemble.samples > 1) {
+    throw InputError("-samples", scene.options["-samples"], "1 in a comparison (-first_sample says which)");
+  }
+  if (scene.output.resume) throw InputError("-resume", "", "crackle's alone; a comparison starts anew");
+  for (const auto& [name, value] : reader.used()) scene.options[name] = value;
+  scene.options["-output"] = options.path;
+  return options;
+}
+
+std::string format_options(const std::map<std::string, std::string>& options) {
+  std::string text;
+  for (const auto& [name, value] : options) text.append(name).append(" ").append(value).append("\n");
+  return text;
 }
 
 Run make_run(const Scene& scene, const IntactNetwork& intact) {
@@ -284,17 +332,24 @@ RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
   RunHeader header;
   auto options = scene.options;
   options["-model"] = intact.network.model == Model::fuse ? "fuse" : "spring";
-  for (const auto& [name, value] : options)
-    header.options.append(name).append(" ").append(value).append("\n");
+  header.options = format_options(options);
   if (scene.network.from_file) header.checksum = checksum(intact);
   if (!scene.output.record.network) return header;
   header.network = &intact.network;
   if (scene.disorder.from_file) header.threshold = intact.threshold;
-  if (!scene.disorder.from_file && scene.ensemble.samples == 1) {
-    header.threshold.resize(intact.network.lattice.bond.size());
-    draw_thresholds(scene.disorder, scene.ensemble.first_sample, header.threshold);
-  }
+  if (!scene.disorder.from_file && scene.ensemble.samples == 1)
+    header.threshold = make_thresholds(scene, intact);
   return header;
+}
+
+std::vector<double> make_thresholds(const Scene& scene, const IntactNetwork& intact) {
+  if (scene.disorder.from_file) {
+    const auto given = make_run(scene, intact).threshold;
+    return {given.begin(), given.end()};
+  }
+  std::vector<double> threshold(intact.network.lattice.bond.size());
+  draw_thresholds(scene.disorder, scene.ensemble.first_sample, threshold);
+  return threshold;
 }
 
 }  // namespace crackle

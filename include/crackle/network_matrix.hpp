@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "crackle/cholmod_factor.hpp"
 #include "crackle/network.hpp"
 #include "crackle/petsc_handle.hpp"
 
@@ -22,6 +23,10 @@ class NetworkMatrix {
   /// Sums all entries that these bonds touch, skipping bonds with broken[e] != 0 (size M), and assembles.
   void update(std::span<const BondId> bonds, std::span<const std::uint8_t> broken);
 
+  /// From now on an unknown that no bond is left to hold gets a 1 on its diagonal, like an idle slot: no force changes,
+  /// and smoothers that divide by the diagonal can. Not for factors that follow the breaks: K - w w^T has a 0 there.
+  void hold_loose() { holds_loose_ = true; }
+
   [[nodiscard]] Mat get() const { return matrix_; }
 
  private:
@@ -31,9 +36,13 @@ class NetworkMatrix {
   void allocate();
 
   const Network& network_;
+  bool holds_loose_ = false;
   petsc::MatHandle matrix_;
   std::vector<std::int32_t> first_;  ///< [n+1] where the bonds of each unknown start in incident_
   std::vector<BondId> incident_;     ///< ascending for each unknown
 };
+
+/// w of the change K - w w^T that a bond's break makes.
+[[nodiscard]] RankOne break_change(const Network& network, BondId bond);
 
 }  // namespace crackle

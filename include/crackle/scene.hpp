@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "crackle/compare_run.hpp"
 #include "crackle/disorder.hpp"
 #include "crackle/ensemble.hpp"
 #include "crackle/equilibrium.hpp"
@@ -31,9 +32,22 @@ struct Scene {
 /// command line that is no option.
 [[nodiscard]] Scene read_scene();
 
+/// The part of it that a solver file may set, from the database as it is now.
+[[nodiscard]] EquilibriumOptions read_strategy();
+
+/// The options of crackle_compare, noted in scene.options. Throws InputError as read_scene does, and for what a
+/// comparison has no use for: several samples, or another -stop than failure or breaks=n.
+[[nodiscard]] CompareOptions read_comparison(Scene& scene);
+
 /// What every sample has in common. Throws InputError when -disorder file finds no thresholds.
 /// The views that it holds are of `scene` and `intact`.
 [[nodiscard]] Run make_run(const Scene& scene, const IntactNetwork& intact);
+
+/// "-name value" a line, by name.
+[[nodiscard]] std::string format_options(const std::map<std::string, std::string>& options);
+
+/// [M] of the first sample. Throws as make_run does.
+[[nodiscard]] std::vector<double> make_thresholds(const Scene& scene, const IntactNetwork& intact);
 
 /// The head of the run file; with -record network the network and, for a run of one sample, its thresholds.
 [[nodiscard]] RunHeader make_header(const Scene& scene, const IntactNetwork& intact);
