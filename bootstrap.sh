@@ -10,7 +10,7 @@ cd "$(dirname "$0")"
 
 packages=(
   g++ cmake ninja-build pkg-config
-  petsc-dev libpetsc-real-dev libmumps-dev libsuitesparse-dev libmetis-dev libhdf5-openmpi-dev libopenblas-dev
+  petsc-dev libpetsc-real-dev libmumps-dev libsuitesparse-dev libmetis-dev libhdf5-openmpi-dev libfftw3-dev libopenblas-dev
   librandom123-dev libgtest-dev libbenchmark-dev openmpi-bin
   python3 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-pytest
 )

@@ -2,14 +2,80 @@
 
 #include <Random123/philox.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 namespace crackle {
 
-void draw_uniform_thresholds(std::uint64_t seed, std::int64_t sample, std::span<double> threshold) {
+namespace {
+
+constexpr std::int64_t kStiffnessSample = -1;  // no sample has that number
+constexpr double kInclusionRadius = 1.0 / 6;   // in heights of the lattice
+constexpr double kBandHalf = 0.1;
+
+/// Two independent numbers, uniform on [0, 1).
+std::array<double, 2> draw(std::uint64_t seed, std::int64_t sample, std::uint64_t bond) {
   const r123::Philox2x64 philox;
-  for (std::size_t bond = 0; bond < threshold.size(); ++bond) {
-    const auto word = philox({bond, static_cast<std::uint64_t>(sample)}, {seed})[0];
-    threshold[bond] = static_cast<double>(word >> 11) * 0x1p-53;
+  const auto words = philox({bond, static_cast<std::uint64_t>(sample)}, {seed});
+  return {static_cast<double>(words[0] >> 11) * 0x1p-53, static_cast<double>(words[1] >> 11) * 0x1p-53};
+}
+
+/// Whether both ends of a bond are where `inside` says.
+template <class Inside>
+bool both_ends(const Lattice& lattice, std::size_t bond, Inside inside) {
+  return std::ranges::all_of(lattice.bond[bond], [&](NodeId node) { return inside(lattice.position[node]); });
+}
+
+double stiffness_of(const StiffnessOptions& options, const Lattice& lattice, std::size_t bond, double r) {
+  const double height = lattice.position.back().y;
+  const Vector2 centre{lattice.period_x / 2, height / 2};
+  switch (options.kind) {
+    case StiffnessKind::uniform:
+      return 1;
+    case StiffnessKind::random:
+      return std::pow(options.contrast, -r);
+    case StiffnessKind::inclusion:
+      return both_ends(lattice, bond,
+                       [&](Vector2 p) {
+                         return std::hypot(p.x - centre.x, p.y - centre.y) <= kInclusionRadius * height;
+                       })
+                 ? options.contrast
+                 : 1;
+    case StiffnessKind::band:
+      return both_ends(lattice, bond,
+                       [&](Vector2 p) { return std::abs(p.y - centre.y) <= kBandHalf * height; })
+                 ? 1 / options.contrast
+                 : 1;
   }
+  return 1;
+}
+
+}  // namespace
+
+void draw_uniform_thresholds(std::uint64_t seed, std::int64_t sample, std::span<double> threshold) {
+  for (std::size_t bond = 0; bond < threshold.size(); ++bond) threshold[bond] = draw(seed, sample, bond)[0];
+}
+
+void draw_thresholds(const DisorderOptions& options, std::int64_t sample, std::span<double> threshold) {
+  for (std::size_t bond = 0; bond < threshold.size(); ++bond) {
+    const auto [r, luck] = draw(options.seed, sample, bond);
+    double& t = threshold[bond];
+    t = r;
+    if (options.thresholds == Thresholds::power) t = std::pow(r, options.exponent);
+    if (options.thresholds == Thresholds::constant) t = 1;
+    if (luck < options.zero_share) t = 0;
+  }
+}
+
+std::vector<double> draw_stiffness(const StiffnessOptions& options, const Lattice& lattice) {
+  if (options.kind == StiffnessKind::uniform && options.dilution == 0) return {};
+  std::vector<double> stiffness(lattice.bond.size());
+  for (std::size_t bond = 0; bond < stiffness.size(); ++bond) {
+    const auto [r, luck] = draw(options.seed, kStiffnessSample, bond);
+    stiffness[bond] = luck < options.dilution ? 0 : stiffness_of(options, lattice, bond, r);
+  }
+  return stiffness;
 }
 
 }  // namespace crackle

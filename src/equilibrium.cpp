@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <numeric>
 
 #include "crackle/equilibrium_dense.hpp"
 #include "crackle/equilibrium_ksp.hpp"
@@ -15,6 +17,13 @@ namespace crackle {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
+
+template <class... Numbers>
+std::string describe(const char* format, Numbers... numbers) {
+  std::array<char, 240> text{};
+  std::snprintf(text.data(), text.size(), format, static_cast<double>(numbers)...);
+  return text.data();
+}
 
 /// ratio[e] = f_e / t_e, or its magnitude; 0 for what is below `smallest` elongation. Returns the largest.
 template <int width, bool magnitude>
@@ -41,6 +50,8 @@ void Equilibrium::reset(std::span<const double> threshold) {
     threshold_[e] = network_.can_stretch(e) ? threshold[e] : kNever;
   intact_stiffness_ = 0;
   complaint_.clear();
+  removed_ = 0;
+  suspicious_ = false;
   do_reset();
 }
 
@@ -48,7 +59,13 @@ void Equilibrium::remove(BondId bond) {
   broken_[bond] = 1;
   threshold_[bond] = kNever;
   ++counts_.breaks;
+  ++removed_;
   do_remove(bond);
+}
+
+void Equilibrium::settle() {
+  suspicious_ = false;
+  do_settle();
 }
 
 void Equilibrium::resume(std::span<const double> threshold, std::span<const BondId> bonds,
@@ -59,8 +76,86 @@ void Equilibrium::resume(std::span<const double> threshold, std::span<const Bond
     threshold_[e] = kNever;
   }
   intact_stiffness_ = intact_stiffness;
+  removed_ = std::ssize(bonds);
   do_resume(bonds);
-  do_settle();
+  settle();
+}
+
+State Equilibrium::find_critical(Critical& next) {
+  State state = search(next);
+  const bool due = options_.check_every > 0 && removed_ % options_.check_every == 0;
+  if (state == State::carrying && due) state = double_check(next);
+  if (state != State::carrying) return state;
+  const bool looks = suspicious_ || iterates() || removed_ % kTrustEvery == 0 || is_tiny(next);
+  return looks ? look_for_doubt(next) : state;
+}
+
+/// The bond is critical for its threshold rather than its force, which may be nothing but rounding. (Both 0: true.)
+bool Equilibrium::is_tiny(const Critical& next) const {
+  const double force = threshold_[next.bond] / next.load;
+  return !(force > kTinyElongation * network_.stiffness[next.bond] / next.stiffness);
+}
+
+State Equilibrium::double_check(Critical& next) {
+  r_.resize(static_cast<std::size_t>(network_.unknowns));
+  ++counts_.checks;
+  double error = backward_error(network_, broken_, displacements(), r_);
+  if (!(error <= options_.check_bound)) {
+    const State state = renew() ? search(next) : State::failed;
+    if (state != State::carrying) return state;
+    error = backward_error(network_, broken_, displacements(), r_);
+  }
+  counts_.largest_residual = std::max(counts_.largest_residual, error);
+  if (error <= options_.check_bound) return State::carrying;
+  complaint_ =
+      describe("-equilibrium_check: even from scratch the solver leaves a backward error of %.2g, above %.2g",
+               error, options_.check_bound);
+  return State::unsolved;
+}
+
+State Equilibrium::look_for_doubt(Critical& next) {
+  if (!is_doubtful(next)) return State::carrying;
+  if (iterates()) {
+    ++counts_.doubtful;
+    if (counts_.first_doubtful == 0) counts_.first_doubtful = removed_ + 1;
+    return State::carrying;
+  }
+  const State state = renew() ? search(next) : State::failed;
+  if (state != State::carrying || !is_doubtful(next)) return state;
+  complaint_ = describe(
+      "bond %.0f is not the only one that may break next: forces are uncertain by %.1g of the load. "
+      "Stiffnesses too "
+      "far apart for double precision, or thresholds of 0, do that",
+      next.bond, kForcePerResidual * counts_.loosest_residual);
+  return State::unsolved;
+}
+
+/// True when, forces being as uncertain as the residual says, another bond may have the largest ratio. What a direct
+/// solver leaves by rounding is not doubted: equal ratios and bonds without force have rules of their own.
+bool Equilibrium::is_doubtful(const Critical& next) {
+  r_.resize(static_cast<std::size_t>(network_.unknowns));
+  const auto u = displacements();
+  residual(network_, broken_, u, r_);
+  const double norm = std::sqrt(std::inner_product(r_.begin(), r_.end(), r_.begin(), 0.0));
+  counts_.loosest_residual = std::max(counts_.loosest_residual, norm);
+  suspicious_ = !(norm <= kDoubtfulResidual);
+  const double uncertain = kForcePerResidual * norm;
+  const double critical_force = network_.stiffness[next.bond] * std::abs(elongation(network_, next.bond, u));
+  if (!(critical_force > uncertain)) return true;
+  if (!suspicious_ && !iterates()) return false;
+  const auto ratio = [&](BondId e, double error) {
+    const double stretch = elongation(network_, e, u);
+    const double size = options_.break_on == BreakOn::magnitude ? std::abs(stretch) : stretch;
+    const double force = network_.stiffness[e] * size + error;
+    return force > 0 ? force / threshold_[e] : 0;
+  };
+  const double least = ratio(next.bond, -uncertain);
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (e == next.bond) continue;
+    const double most = ratio(e, uncertain);
+    if (most > least || (most == least && e < next.bond)) return true;
+  }
+  return false;
 }
 
 State Equilibrium::scan(std::span<const double> u, Critical& next) {

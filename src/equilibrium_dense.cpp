@@ -35,7 +35,11 @@ class EquilibriumDense final : public Equilibrium {
     counts_.factor_entries = static_cast<std::int64_t>(n_ * (n_ + 1) / 2);
   }
 
-  [[nodiscard]] State find_critical(Critical& next) override {
+  [[nodiscard]] std::span<const double> displacements() override { return u_; }
+  [[nodiscard]] std::int64_t breaks_worth_settling() const override { return kBreaksWorthSettling; }
+
+ private:
+  [[nodiscard]] State search(Critical& next) override {
     if (!factor()) return State::failed;
     solve();
     const PhaseScope scope(times_, Phase::search);
@@ -43,10 +47,7 @@ class EquilibriumDense final : public Equilibrium {
     return scan(u_, next);
   }
 
-  [[nodiscard]] std::span<const double> displacements() override { return u_; }
-  [[nodiscard]] std::int64_t breaks_worth_settling() const override { return kBreaksWorthSettling; }
-
- private:
+  bool renew() override { return true; }  // every factor is new
   void do_reset() override {
     pinned_.clear();
     counts_.null_pivots = 0;

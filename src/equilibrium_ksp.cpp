@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "crackle/error.hpp"
 #include "crackle/network_matrix.hpp"
 #include "crackle/option_text.hpp"
-#include "crackle/pc_updown.hpp"
+#include "crackle/preconditioner.hpp"
 #include "crackle/ranks.hpp"
 
 namespace crackle {
@@ -23,8 +24,6 @@ constexpr double kSlackRounding = 1e-12;
 /// A slack below this, and every kCheckEvery-th break, has the residual measured.
 constexpr double kDoubtfulSlack = 1e-4;
 constexpr std::int64_t kCheckEvery = 64;
-/// Backward error above which the downdated factor is replaced; a fresh one leaves 1e-16.
-constexpr double kLargestResidual = 1e-12;
 /// Defaults of -ksp_rtol, tight enough that iterative solvers break the same bonds, and of -ksp_divtol and
 /// -ksp_max_it: near failure a residual grows by the root of the condition number before it falls.
 constexpr double kDefaultTolerance = 1e-12;
@@ -51,11 +50,10 @@ int comm_rank(MPI_Comm comm) {
 class EquilibriumKsp final : public Equilibrium {
  public:
   EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times);
-  [[nodiscard]] State find_critical(Critical& next) override;
   [[nodiscard]] std::span<const double> displacements() override;
   [[nodiscard]] EquilibriumCounts counts() const override;
   [[nodiscard]] std::int64_t breaks_worth_settling() const override {
-    return updown_ ? kBreaksWorthSettlingUpdown : kBreaksWorthSettling;
+    return follows_ ? kBreaksWorthSettlingUpdown : kBreaksWorthSettling;
   }
 
  private:
@@ -63,9 +61,13 @@ class EquilibriumKsp final : public Equilibrium {
   void do_remove(BondId bond) override;
   void do_settle() override;
   void do_resume(std::span<const BondId> bonds) override;
+  [[nodiscard]] State search(Critical& next) override;
+  [[nodiscard]] bool iterates() const override { return !preonly_; }
+  [[nodiscard]] bool renew() override;
   void create_solver();
   /// Fills u_; `failed` when K is singular.
   [[nodiscard]] State solve();
+  [[nodiscard]] State iterate();
   [[nodiscard]] State judge(KSPConvergedReason reason);
   [[nodiscard]] State confirm_failure(const std::string& why);
   [[nodiscard]] bool plate_is_loose();
@@ -85,13 +87,13 @@ class EquilibriumKsp final : public Equilibrium {
   petsc::ScatterHandle scatter_;
   petsc::KspHandle ksp_;
   petsc::KspHandle direct_;  ///< made when an iteration fails, to tell failure from trouble
-  PC pc_ = nullptr;
-  bool updown_ = false;
+  std::optional<Preconditioner> preconditioner_;
+  std::int64_t earlier_set_ups_ = 0;  ///< of the preconditioners before this one
+  bool follows_ = false;              ///< the preconditioner is a factor that follows the breaks
   bool preonly_ = false;
   bool loose_ = false;  ///< the last break left nothing that carries
   bool check_due_ = false;
-  bool kept_ = false;  ///< the intact factor has a copy
-  std::int64_t solves_ = 0;
+  bool kept_ = false;              ///< the intact factor has a copy
   std::vector<BondId> removed_;    ///< since reset
   std::vector<double> workspace_;  ///< [n] of the residual
 };
@@ -111,7 +113,7 @@ EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions&
   // the intact factor, at once: solvers read the last of their options here. A singular matrix shows again,
   // and is told, in the first solve.
   const PhaseScope scope(times, Phase::factor);
-  const PetscErrorCode code = KSPSetUp(ksp_);
+  const PetscErrorCode code = preconditioner_->set_up();
   if (code != PETSC_ERR_MAT_CH_ZRPVT) check_options(code);
 }
 
@@ -120,23 +122,25 @@ void EquilibriumKsp::create_solver() {
   ksp_ = {};
   check(KSPCreate(comm_, ksp_.out()));
   check(KSPSetOperators(ksp_, matrix_.get(), matrix_.get()));
-  check(KSPGetPC(ksp_, &pc_));
+  PC pc = nullptr;
+  check(KSPGetPC(ksp_, &pc));
   check(KSPSetType(ksp_, KSPPREONLY));
-  check(PCSetType(pc_, together_ ? PCCHOLESKY : "updown"));
-  if (together_) check(PCFactorSetMatSolverType(pc_, MATSOLVERMUMPS));
+  check(PCSetType(pc, together_ ? PCCHOLESKY : "updown"));
+  if (together_) check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, kDefaultDivergence, kDefaultIterations));
   check_options(KSPSetFromOptions(ksp_));
-  updown_ = is_pc_updown(pc_);
+  if (preconditioner_) earlier_set_ups_ += preconditioner_->counts().factorizations;
+  preconditioner_.emplace(ksp_, network_, options_.refactor_every);
+  follows_ = preconditioner_->follows();
+  if (!follows_) matrix_.hold_loose();
   PetscBool preonly = PETSC_FALSE;
   check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(ksp_)), KSPPREONLY, &preonly));
   preonly_ = preonly == PETSC_TRUE;
-  if (updown_ && together_) {
-    throw InputError("-pc_type", "updown with -ensemble_ranks_per_sample above 1",
+  if (together_ && preconditioner_->is_ours()) {
+    PCType type = nullptr;
+    check(PCGetType(pc, &type));
+    throw InputError("-pc_type", std::string(type) + " with -ensemble_ranks_per_sample above 1",
                      "a solver for several processes: cholesky (by MUMPS), gamg, hypre, ...");
-  }
-  if (updown_ && preonly_ && pc_updown_rank(pc_) > 1) {
-    throw InputError("-pc_updown_rank", std::to_string(pc_updown_rank(pc_)),
-                     "1 under -ksp_type preonly; -ksp_type cg solves what the factor has not yet");
   }
 }
 
@@ -151,8 +155,8 @@ void EquilibriumKsp::do_reset() {
     removed_.clear();
   }
   const PhaseScope scope(times_, Phase::factor);
-  if (updown_) {
-    pc_updown_restore(pc_);
+  if (preconditioner_->is_ours()) {
+    preconditioner_->restore();
   } else {
     create_solver();
   }
@@ -162,8 +166,8 @@ void EquilibriumKsp::do_settle() {
   check(VecZeroEntries(u_));
   check_due_ = false;
   const PhaseScope scope(times_, Phase::factor);
-  if (updown_) {
-    loose_ = !pc_updown_refactor(pc_);
+  if (preconditioner_->is_ours()) {
+    loose_ = !preconditioner_->renew();
   } else {
     create_solver();
   }
@@ -181,26 +185,22 @@ void EquilibriumKsp::do_remove(BondId bond) {
     const PhaseScope scope(times_, Phase::assembly);
     matrix_.update({&bond, 1}, broken());
   }
-  if (updown_) downdate(bond);
+  downdate(bond);
 }
 
 /// F after the break follows from F before it, the bond's force f at unit plate load and the slack s:
 /// 1/F' = 1/F + f^2 / (k s) (Sherman-Morrison), so that the largest s that rounding allows bounds F'.
 void EquilibriumKsp::downdate(BondId bond) {
-  RankOne w;
-  const double k = network_.stiffness[bond];
-  for (std::size_t i = 0; i < network_.bond_dofs(bond).size(); ++i) {
-    if (network_.bond_values(bond)[i] == 0) continue;
-    w.row[w.size] = network_.bond_dofs(bond)[i];
-    w.value[w.size++] = std::sqrt(k) * network_.bond_values(bond)[i];
-  }
+  const RankOne w = break_change(network_, bond);
   double slack = 1;
   {
     const PhaseScope scope(times_, Phase::downdate);
-    slack = pc_updown_remove(pc_, w);
+    slack = preconditioner_->remove(w);
   }
-  if (pc_updown_rank(pc_) == 1) {
+  if (!follows_) return;
+  if (preconditioner_->rank() == 1) {
     const auto u = displacements();
+    const double k = network_.stiffness[bond];
     const double force = k * elongation(network_, bond, u);
     const double most =
         1 / (u[network_.plate] + force * force / (k * (std::max(slack, 0.0) + kSlackRounding)));
@@ -210,27 +210,35 @@ void EquilibriumKsp::downdate(BondId bond) {
   counts_.smallest_slack = std::min(counts_.smallest_slack, slack);
   check_due_ = slack < kDoubtfulSlack || std::ssize(removed_) % kCheckEvery == 0;
   if (slack >= kSmallSlack) return;
-  const PhaseScope scope(times_, Phase::factor);
-  ++counts_.refactors;
-  loose_ = !pc_updown_refactor(pc_);
+  loose_ = !renew();
 }
 
+/// An iteration that gives up on an old preconditioner tries a new one.
 State EquilibriumKsp::solve() {
+  const std::int64_t before = counts_.confirmations;
+  const State state = iterate();
+  if (state == State::carrying || !preconditioner_->lags()) return state;
+  counts_.confirmations = before;
+  return renew() ? iterate() : State::failed;
+}
+
+State EquilibriumKsp::iterate() {
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscErrorCode code = 0;
   {
     const PhaseScope scope(times_, Phase::factor);
-    code = KSPSetUp(ksp_);
-    if (code == 0) code = PCSetUp(pc_);  // a KSP that is set up doesn't look whether its matrix has changed
-    if (updown_ && !kept_ && options_.many_samples && removed_.empty() && code == 0) {
-      pc_updown_keep(pc_);
+    code = preconditioner_->set_up();
+    if (!kept_ && options_.many_samples && removed_.empty() && code == 0) {
+      preconditioner_->keep();
       kept_ = true;
     }
     // an unknown that was pinned though something holds it shows in the residual
-    if (updown_ && removed_.empty() && pc_updown_counts(pc_).null_pivots > 0) check_due_ = true;
+    if (removed_.empty() && preconditioner_->counts().null_pivots > 0) check_due_ = true;
   }
+  PC pc = nullptr;
+  check(KSPGetPC(ksp_, &pc));
   PCFailedReason failed = PC_NOERROR;
-  if (code == 0) check(PCGetFailedReason(pc_, &failed));
+  if (code == 0) check(PCGetFailedReason(pc, &failed));
   if (failed != PC_NOERROR) return confirm_failure("the preconditioner could not be set up");
   if (code == 0) {
     const PhaseScope scope(times_, Phase::solve);
@@ -239,7 +247,6 @@ State EquilibriumKsp::solve() {
   // CHOLMOD through PETSc answers a singular matrix with this error
   if (code == PETSC_ERR_MAT_CH_ZRPVT) return confirm_failure(petsc::last_message());
   check(code);
-  ++solves_;
   gather();
   check(KSPGetConvergedReason(ksp_, &reason));
   PetscInt iterations = 0;
@@ -324,17 +331,13 @@ double EquilibriumKsp::measure_residual() {
 /// Replaces a downdated factor whose residual has grown, once.
 State EquilibriumKsp::check_downdates() {
   double error = measure_residual();
-  if (!(error <= kLargestResidual)) {
-    {
-      const PhaseScope scope(times_, Phase::factor);
-      ++counts_.refactors;
-      if (!pc_updown_refactor(pc_)) return State::failed;
-    }
+  if (!(error <= kLargestError)) {
+    if (!renew()) return State::failed;
     const State state = solve();
     if (state != State::carrying) return state;
     error = measure_residual();
   }
-  if (!(error <= kLargestResidual)) {
+  if (!(error <= kLargestError)) {
     complaint_ =
         "even a fresh factor leaves a relative residual above 1e-12: the stiffnesses differ too much";
     return State::unsolved;
@@ -347,16 +350,22 @@ State EquilibriumKsp::check_downdates() {
 /// preconditioner alone is no solver: the residual, cheap beside a factorization, tells.
 State EquilibriumKsp::check_direct() {
   const double error = measure_residual();
-  if (!(error <= kLargestResidual)) return confirm_failure("the solver left a relative residual above 1e-12");
+  if (!(error <= kLargestError)) return confirm_failure("the solver left a relative residual above 1e-12");
   counts_.largest_residual = std::max(counts_.largest_residual, error);
   return State::carrying;
 }
 
-State EquilibriumKsp::find_critical(Critical& next) {
+bool EquilibriumKsp::renew() {
+  const PhaseScope scope(times_, Phase::factor);
+  ++counts_.refactors;
+  return preconditioner_->renew();
+}
+
+State EquilibriumKsp::search(Critical& next) {
   if (loose_) return State::failed;
   State state = solve();
   if (state == State::carrying && check_due_) state = check_downdates();
-  if (state == State::carrying && preonly_ && !updown_) state = check_direct();
+  if (state == State::carrying && preonly_ && !follows_) state = check_direct();
   if (state == State::carrying && !(displacements()[network_.plate] > 0)) {
     state = confirm_failure("the solver moved the plate against its load, or not at all");
   }
@@ -378,13 +387,10 @@ std::span<const double> EquilibriumKsp::displacements() {
 
 EquilibriumCounts EquilibriumKsp::counts() const {
   EquilibriumCounts counts = counts_;
-  counts.factorizations = solves_;  // PETSc sets up afresh for every changed matrix
-  if (updown_) {
-    const PcUpdownCounts pc = pc_updown_counts(pc_);
-    counts.factorizations = pc.factorizations;
-    counts.null_pivots = pc.null_pivots;
-    counts.factor_entries = pc.entries;
-  }
+  const PreconditionerCounts made = preconditioner_->counts();
+  counts.factorizations = earlier_set_ups_ + made.factorizations;
+  counts.null_pivots = made.null_pivots;
+  counts.factor_entries = made.entries;
   return counts;
 }
 

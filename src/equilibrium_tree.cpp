@@ -14,9 +14,8 @@ namespace {
 
 /// Below this slack a downdate has lost too many digits (about -log10 of it): refactor.
 constexpr double kLeastSlack = 1e-6;
-/// Breaks between two looks at the backward error, and the error above which the factor is renewed.
+/// Breaks between two looks at the backward error.
 constexpr std::int64_t kBreaksPerCheck = 500;
-constexpr double kMostError = 1e-12;
 /// Entries of a factor that is copied, to be restored for the next sample. A larger one (L = 256) is made anew: 1 %
 /// of a sample's time for a third of its memory.
 constexpr std::int64_t kMostKept = 4'000'000;
@@ -41,21 +40,6 @@ class EquilibriumTree final : public Equilibrium {
     if (tree.verify) checker_ = std::make_unique<TreeFactor>(tree_, bonds_, kernels_, false, scratch_);
     counts_.unknowns = network.unknowns;
     counts_.factor_entries = tree_.factor_entries;
-  }
-
-  [[nodiscard]] State find_critical(Critical& next) override {
-    if (head_ == batch_.verified().size() && state_ == State::carrying) advance();
-    if (state_ == State::carrying) {
-      const VerifiedBreak& found = batch_.verified()[head_];
-      shown_ = static_cast<int>(head_);
-      if (batch_.search().plate(shown_) * kDoubtfulStiffness * intact_stiffness() > 1 &&
-          has_failed(displacements())) {
-        return state_ = State::failed;
-      }
-      next = {found.bond, 1 / found.ratio, 1 / batch_.search().plate(shown_)};
-    }
-    if (checker_) check(next);
-    return state_;
   }
 
   [[nodiscard]] std::span<const double> displacements() override {
@@ -87,6 +71,27 @@ class EquilibriumTree final : public Equilibrium {
   }
 
  protected:
+  [[nodiscard]] State search(Critical& next) override {
+    if (head_ == batch_.verified().size() && state_ == State::carrying) advance();
+    if (state_ == State::carrying) {
+      const VerifiedBreak& found = batch_.verified()[head_];
+      shown_ = static_cast<int>(head_);
+      if (batch_.search().plate(shown_) * kDoubtfulStiffness * intact_stiffness() > 1 &&
+          has_failed(displacements())) {
+        return state_ = State::failed;
+      }
+      next = {found.bond, 1 / found.ratio, 1 / batch_.search().plate(shown_)};
+    }
+    if (checker_) check(next);
+    return state_;
+  }
+
+  bool renew() override {
+    refactor();
+    head_ = batch_.verified().size();
+    return true;
+  }
+
   void do_reset() override {
     {
       const PhaseScope scope(times_, Phase::factor);
@@ -152,7 +157,7 @@ class EquilibriumTree final : public Equilibrium {
     ++tree_counts_.downdates;
     // When F has gone beyond doubt there is nothing left to be exact about.
     const bool gone = factor_.stiffness() < 0.5 * kFailedStiffness * intact_stiffness();
-    if (!(slack > kLeastSlack) && !gone) renew();
+    if (!(slack > kLeastSlack) && !gone) make_factor();
     batch_.refresh();
     if (has_failed(factor_.stiffness())) {
       state_ = State::failed;
@@ -164,11 +169,11 @@ class EquilibriumTree final : public Equilibrium {
 
   void refactor() {
     const PhaseScope scope(times_, Phase::factor);
-    renew();
+    make_factor();
     batch_.refresh();
   }
 
-  void renew() {
+  void make_factor() {
     factor_.factorize(broken());
     ++counts_.refactors;
   }
@@ -180,7 +185,7 @@ class EquilibriumTree final : public Equilibrium {
     batch_.search().copy_state(0, displacement_);
     const double error = backward_error(network_, broken(), displacement_, residual_);
     counts_.largest_residual = std::max(counts_.largest_residual, error);
-    return error <= kMostError;
+    return error <= kLargestError;
   }
 
   /// Compares what find_critical says with a factor from scratch and every force.

@@ -16,8 +16,8 @@
 #include "crackle/interrupt.hpp"
 #include "crackle/network_file.hpp"
 #include "crackle/option_text.hpp"
-#include "crackle/pc_updown.hpp"
 #include "crackle/petsc_handle.hpp"
+#include "crackle/preconditioner.hpp"
 #include "crackle/report.hpp"
 #include "crackle/scene.hpp"
 
@@ -114,7 +114,7 @@ int break_lattices() {
   // 1. start
   const auto start = Clock::now();
   crackle::catch_interrupts();
-  crackle::petsc::check(crackle::register_pc_updown());
+  crackle::register_preconditioners();
   crackle::petsc::LogStage stage("Set-up");
 
   // 2. options, and the processes that share the work

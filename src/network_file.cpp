@@ -91,8 +91,9 @@ NetworkFile read_network_file(const std::string& path) {
 IntactNetwork load_network(const NetworkOptions& options) {
   if (!options.from_file) {
     const Model model = options.model.value_or(Model::spring);
-    return {make_network(triangular_lattice(options.size, options.row_spacing), model, options.grips, {}),
-            {}};
+    Lattice lattice = triangular_lattice(options.size, options.row_spacing);
+    std::vector<double> stiffness = draw_stiffness(options.stiffness, lattice);
+    return {make_network(std::move(lattice), model, options.grips, std::move(stiffness)), {}};
   }
   NetworkFile file = read_network_file(options.file);
   if (options.model.value_or(file.model) != file.model) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace crackle {
 
@@ -19,6 +20,7 @@ NetworkMatrix::NetworkMatrix(const Network& network, MPI_Comm comm) : network_(n
     if (slot >= first_row_ && slot < end_row_) check(MatSetValue(matrix_, slot, slot, 1.0, INSERT_VALUES));
   }
   update(all, none);
+  attach_rigid_motions();
   check(MatSetOption(matrix_, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE));
 }
 
@@ -71,6 +73,40 @@ void NetworkMatrix::allocate(MPI_Comm comm) {
   check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
 }
 
+/// Two translations and a rotation, orthonormal; the plate moves with the rows in the first two.
+void NetworkMatrix::attach_rigid_motions() {
+  const int components = network_.components;
+  std::vector<petsc::VecHandle> motions(components == 2 ? 3 : 1);
+  std::array<Vec, 3> bare{};
+  for (std::size_t m = 0; m < motions.size(); ++m) {
+    check(MatCreateVecs(matrix_, motions[m].out(), nullptr));
+    double* value = nullptr;
+    check(VecGetArray(motions[m], &value));
+    const auto is_mine = [this](Dof dof) { return dof >= first_row_ && dof < end_row_; };
+    for (std::size_t slot = 0; slot < network_.dof.size(); ++slot) {
+      if (!is_mine(network_.dof[slot])) continue;
+      const Vector2 p = network_.lattice.position[slot / components];
+      const std::size_t c = slot % components;
+      value[network_.dof[slot] - first_row_] = m == 2 ? (c == 0 ? -p.y : p.x) : c == m ? 1 : 0;
+    }
+    if (m == 2 && is_mine(network_.plate)) value[network_.plate - first_row_] = 0;
+    check(VecRestoreArray(motions[m], &value));
+    for (std::size_t before = 0; before < m; ++before) {
+      PetscScalar share = 0;
+      check(VecDot(motions[m], motions[before], &share));
+      check(VecAXPY(motions[m], -share, motions[before]));
+    }
+    PetscReal length = 0;
+    check(VecNormalize(motions[m], &length));
+    if (length == 0) return;  // too few unknowns to move so
+    bare[m] = motions[m];
+  }
+  petsc::NullSpaceHandle space;
+  check(MatNullSpaceCreate(PetscObjectComm(reinterpret_cast<PetscObject>(get())), PETSC_FALSE,
+                           static_cast<PetscInt>(motions.size()), bare.data(), space.out()));
+  check(MatSetNearNullSpace(matrix_, space));
+}
+
 double NetworkMatrix::entry(Dof row, Dof column, std::span<const std::uint8_t> broken) const {
   double sum = 0;
   for (std::int32_t i = first_[row]; i < first_[row + 1]; ++i) {
@@ -85,7 +121,8 @@ double NetworkMatrix::entry(Dof row, Dof column, std::span<const std::uint8_t> b
     }
     sum += network_.stiffness[e] * (at_row * at_column);
   }
-  return sum;
+  const bool loose = row == column && row != network_.plate && sum == 0;
+  return holds_loose_ && loose ? 1 : sum;
 }
 
 void NetworkMatrix::update(std::span<const BondId> bonds, std::span<const std::uint8_t> broken) {
@@ -108,6 +145,16 @@ void NetworkMatrix::update(std::span<const BondId> bonds, std::span<const std::u
   }
   check(MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY));
+}
+
+RankOne break_change(const Network& network, BondId bond) {
+  RankOne w;
+  for (std::size_t i = 0; i < network.bond_dofs(bond).size(); ++i) {
+    if (network.bond_values(bond)[i] == 0) continue;
+    w.row[w.size] = network.bond_dofs(bond)[i];
+    w.value[w.size++] = std::sqrt(network.stiffness[bond]) * network.bond_values(bond)[i];
+  }
+  return w;
 }
 
 }  // namespace crackle

@@ -1,13 +1,10 @@
 #include "crackle/pc_updown.hpp"
 
-#include <petsc/private/pcimpl.h>
-
-#include <exception>
 #include <memory>
 #include <vector>
 
 #include "crackle/matrix_rows.hpp"
-#include "crackle/petsc_handle.hpp"
+#include "crackle/pc_shell.hpp"
 
 namespace crackle {
 
@@ -49,20 +46,8 @@ void factor_now(PC pc) {
   note_state(pc);
 }
 
-/// Runs what may throw inside a PETSc callback; no exception crosses PETSc.
-template <class Work>
-PetscErrorCode guarded(PC pc, Work work) {
-  try {
-    work();
-    return 0;
-  } catch (const std::exception& error) {
-    return PetscError(PetscObjectComm(reinterpret_cast<PetscObject>(pc)), __LINE__, "updown", __FILE__,
-                      PETSC_ERR_LIB, PETSC_ERROR_INITIAL, "%s", error.what());
-  }
-}
-
 PetscErrorCode set_up(PC pc) {
-  return guarded(pc, [pc] {
+  return guarded(pc, kType, [pc] {
     PetscObjectState state = 0;
     petsc::check(PetscObjectStateGet(reinterpret_cast<PetscObject>(pc->pmat), &state));
     if (state != data(pc).state) factor_now(pc);
@@ -71,17 +56,10 @@ PetscErrorCode set_up(PC pc) {
 }
 
 PetscErrorCode apply(PC pc, Vec b, Vec x) {
-  return guarded(pc, [pc, b, x] {
-    const PetscScalar* load = nullptr;
-    PetscScalar* solution = nullptr;
-    PetscInt n = 0;
-    petsc::check(VecGetLocalSize(b, &n));
-    petsc::check(VecGetArrayRead(b, &load));
-    petsc::check(VecGetArrayWrite(x, &solution));
-    const auto size = static_cast<std::size_t>(n);
-    data(pc).factor->solve({load, size}, {solution, size}, data(pc).both_sweeps == PETSC_TRUE);
-    petsc::check(VecRestoreArrayWrite(x, &solution));
-    petsc::check(VecRestoreArrayRead(b, &load));
+  return guarded(pc, kType, [pc, b, x] {
+    with_arrays(b, x, [pc](auto load, auto solution) {
+      data(pc).factor->solve(load, solution, data(pc).both_sweeps == PETSC_TRUE);
+    });
   });
 }
 

@@ -54,9 +54,19 @@ void print_counts(const EquilibriumCounts& counts) {
     std::printf("  failures confirmed   %lld, by a direct factor\n",
                 static_cast<long long>(counts.confirmations));
   }
+  if (counts.doubtful > 0) {
+    std::printf(
+        "  doubtful breaks      %lld, the first at break %lld of its sample: with residuals up to %.1g "
+        "another bond\n"
+        "                       may break; try a tighter -ksp_rtol\n",
+        static_cast<long long>(counts.doubtful), static_cast<long long>(counts.first_doubtful),
+        counts.loosest_residual);
+  }
   if (counts.null_pivots > 0)
     std::printf("  null pivots pinned   %lld\n", static_cast<long long>(counts.null_pivots));
   if (counts.smallest_slack < 1) std::printf("  smallest slack       %.3g\n", counts.smallest_slack);
+  if (counts.checks > 0)
+    std::printf("  residual checked     at %lld breaks\n", static_cast<long long>(counts.checks));
   if (counts.largest_residual > 0) std::printf("  largest residual     %.3g\n", counts.largest_residual);
 }
 

@@ -1,124 +1,37 @@
 #include "crackle/scene.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <limits>
-#include <map>
 #include <set>
-#include <sstream>
 
 #include "crackle/error.hpp"
+#include "crackle/option_reader.hpp"
 #include "crackle/option_text.hpp"
-#include "crackle/petsc_handle.hpp"
 
 namespace crackle {
 
 namespace {
 
-using petsc::check;
-
 constexpr std::int64_t kMostSamples = 1'000'000'000;
 
-std::vector<std::string> split(const std::string& list) {
-  std::vector<std::string> words;
-  std::istringstream stream(list);
-  for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
-  return words;
+StiffnessOptions read_stiffness(Reader& reader) {
+  StiffnessOptions options;
+  options.kind = reader.choice("-stiffness", {std::pair{"uniform", StiffnessKind::uniform},
+                                              {"random", StiffnessKind::random},
+                                              {"inclusion", StiffnessKind::inclusion},
+                                              {"band", StiffnessKind::band}});
+  if (options.kind != StiffnessKind::uniform) {
+    options.contrast = reader.number("-stiffness_contrast", 1.0);
+  }
+  options.dilution = reader.number("-lattice_dilution", 0.0);
+  if (options.dilution >= 1) {
+    throw InputError("-lattice_dilution", reader.text("-lattice_dilution"),
+                     find_option("-lattice_dilution").allowed);
+  }
+  options.seed = reader.number("-seed", std::uint64_t{0});
+  return options;
 }
-
-/// Reads one option after the other and notes the value used. Of options that list a value for each size of the run,
-/// it takes that of one size.
-class Reader {
- public:
-  explicit Reader(std::size_t part = 0, std::size_t parts = 1) : part_(part), parts_(parts) {}
-
-  /// Of one value for all sizes, or one for each, that of this size.
-  template <class Number>
-  Number listed_number(const char* name, Number least) {
-    const std::string list = text(name);
-    const std::vector<std::string> values = split(list);
-    if (list.ends_with(',') || (values.size() != 1 && values.size() != parts_)) {
-      throw InputError(name, list,
-                       std::string(find_option(name).allowed) + "; as many as -lattice_size has (" +
-                           std::to_string(parts_) + "), or one");
-    }
-    used_[name] = values.size() == 1 ? values.front() : values[part_];
-    return parse(name, list, used_[name], least);
-  }
-
-  [[nodiscard]] const std::map<std::string, std::string>& used() const { return used_; }
-  [[nodiscard]] std::size_t parts() const { return parts_; }
-
-  [[nodiscard]] bool given(const char* name) const {
-    PetscBool set = PETSC_FALSE;
-    check(PetscOptionsHasName(nullptr, nullptr, name, &set));
-    return set == PETSC_TRUE;
-  }
-
-  std::string text(const char* name) {
-    std::array<char, PETSC_MAX_PATH_LEN> value{};
-    PetscBool set = PETSC_FALSE;
-    check(PetscOptionsGetString(nullptr, nullptr, name, value.data(), value.size(), &set));
-    const OptionText& option = find_option(name);
-    if (set == PETSC_TRUE && value[0] == '\0') throw InputError(name, "without a value", option.allowed);
-    return used_[name] = set == PETSC_TRUE ? value.data() : option.standard;
-  }
-
-  /// Notes a value that follows from other options.
-  std::string note(const char* name, const std::string& value) { return used_[name] = value; }
-
-  /// The place of the value among the words allowed.
-  template <class Choice>
-  Choice choice(const char* name, std::initializer_list<std::pair<const char*, Choice>> choices) {
-    const std::string value = text(name);
-    for (const auto& [word, meaning] : choices) {
-      if (value == word) return meaning;
-    }
-    throw InputError(name, value, find_option(name).allowed);
-  }
-
-  template <class Number>
-  Number number(const char* name, Number least) {
-    const std::string value = text(name);
-    return parse(name, value, value, least);
-  }
-
-  /// A positive, finite number.
-  double positive(const char* name) {
-    const double value = number(name, 0.0);
-    if (value > 0) return value;
-    throw InputError(name, text(name), find_option(name).allowed);
-  }
-
-  bool flag(const char* name) {
-    PetscBool value = PETSC_FALSE;
-    if (PetscOptionsGetBool(nullptr, nullptr, name, &value, nullptr) != 0) {
-      throw InputError(name, text(name), "nothing, true or false");
-    }
-    return value == PETSC_TRUE;
-  }
-
-  /// `digits` as a number from `least` on; `value` is what a message shows.
-  template <class Number>
-  static Number parse(const char* name, const std::string& value, const std::string& digits, Number least) {
-    Number result{};
-    const char* const end = digits.data() + digits.size();
-    const auto [stop, error] = std::from_chars(digits.data(), end, result);
-    if (error != std::errc{} || stop != end || !(result >= least) ||
-        !std::isfinite(static_cast<double>(result))) {
-      throw InputError(name, value, find_option(name).allowed);
-    }
-    return result;
-  }
-
- private:
-  std::size_t part_;
-  std::size_t parts_;
-  std::map<std::string, std::string> used_;
-};
 
 NetworkOptions read_network(Reader& reader) {
   NetworkOptions options;
@@ -139,15 +52,26 @@ NetworkOptions read_network(Reader& reader) {
     throw InputError("-lattice_size", std::to_string(options.size), find_option("-lattice_size").allowed);
   }
   options.row_spacing = reader.positive("-lattice_row_spacing");
+  options.stiffness = read_stiffness(reader);
   return options;
 }
 
 DisorderOptions read_disorder(Reader& reader, bool network_from_file) {
   DisorderOptions options;
-  options.from_file = reader.choice("-disorder", {std::pair{"uniform", false}, {"file", true}});
+  options.from_file = reader.text("-disorder") == "file";
   if (options.from_file && !network_from_file)
-    throw InputError("-disorder", "file", "uniform without -lattice file");
-  if (!options.from_file) options.seed = reader.number("-seed", std::uint64_t{0});
+    throw InputError("-disorder", "file", "uniform, power or constant without -lattice file");
+  if (options.from_file) return options;
+  options.thresholds = reader.choice("-disorder", {std::pair{"uniform", Thresholds::uniform},
+                                                   {"power", Thresholds::power},
+                                                   {"constant", Thresholds::constant}});
+  if (options.thresholds == Thresholds::power) options.exponent = reader.positive("-disorder_exponent");
+  options.zero_share = reader.number("-disorder_zero_share", 0.0);
+  if (options.zero_share > 1) {
+    throw InputError("-disorder_zero_share", reader.text("-disorder_zero_share"),
+                     find_option("-disorder_zero_share").allowed);
+  }
+  options.seed = reader.number("-seed", std::uint64_t{0});
   return options;
 }
 
@@ -239,6 +163,13 @@ void read_strategy(Reader& reader, Scene& scene) {
     throw InputError("-ensemble_ranks_per_sample", std::to_string(scene.ensemble.ranks_per_sample),
                      "1 with -equilibrium " + scene.equilibrium.strategy + ", more with ksp");
   }
+  scene.equilibrium.check_every = reader.number("-equilibrium_check", std::int64_t{0});
+  if (scene.equilibrium.check_every > 0) {
+    scene.equilibrium.check_bound = reader.positive("-equilibrium_check_bound");
+  }
+  if (scene.equilibrium.strategy == "ksp") {
+    scene.equilibrium.refactor_every = reader.number("-equilibrium_refactor_every", 1);
+  }
   if (scene.equilibrium.strategy != "tree") return;
   scene.equilibrium.verify = reader.flag("-equilibrium_tree_verify");
   scene.tree_view = reader.flag("-equilibrium_tree_view");
@@ -252,6 +183,13 @@ const std::string& help_text() {
 }
 
 namespace {
+
+void check_thresholds(const Scene& scene, const IntactNetwork& intact) {
+  if (scene.disorder.from_file && intact.threshold.empty()) {
+    throw InputError("-disorder", "file",
+                     "uniform: " + scene.network.file + " has no /network/bonds/threshold");
+  }
+}
 
 Scene read_scene(Reader reader) {
   Scene scene;
@@ -295,11 +233,21 @@ std::vector<Scene> read_scenes() {
   return scenes;
 }
 
+EquilibriumOptions read_strategy() {
+  Reader reader;
+  Scene scene;
+  read_strategy(reader, scene);
+  return scene.equilibrium;
+}
+
+std::string format_options(const std::map<std::string, std::string>& options) {
+  std::string text;
+  for (const auto& [name, value] : options) text.append(name).append(" ").append(value).append("\n");
+  return text;
+}
+
 Run make_run(const Scene& scene, const IntactNetwork& intact, const RunHeader& header) {
-  if (scene.disorder.from_file && intact.threshold.empty()) {
-    throw InputError("-disorder", "file",
-                     "uniform: " + scene.network.file + " has no /network/bonds/threshold");
-  }
+  check_thresholds(scene, intact);
   return {.network = intact.network,
           .equilibrium = scene.equilibrium,
           .ensemble = scene.ensemble,
@@ -314,17 +262,24 @@ RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
   RunHeader header;
   auto options = scene.options;
   options["-model"] = intact.network.model == Model::fuse ? "fuse" : "spring";
-  for (const auto& [name, value] : options)
-    header.options.append(name).append(" ").append(value).append("\n");
+  header.options = format_options(options);
   if (scene.network.from_file) header.checksum = checksum(intact);
   if (!scene.output.record.network) return header;
   header.network = &intact.network;
   if (scene.disorder.from_file) header.threshold = intact.threshold;
-  if (!scene.disorder.from_file && scene.ensemble.samples == 1) {
-    header.threshold.resize(intact.network.lattice.bond.size());
-    draw_uniform_thresholds(scene.disorder.seed, scene.ensemble.first_sample, header.threshold);
-  }
+  if (!scene.disorder.from_file && scene.ensemble.samples == 1)
+    header.threshold = make_thresholds(scene, intact);
   return header;
+}
+
+std::vector<double> make_thresholds(const Scene& scene, const IntactNetwork& intact) {
+  if (scene.disorder.from_file) {
+    check_thresholds(scene, intact);
+    return intact.threshold;
+  }
+  std::vector<double> threshold(intact.network.lattice.bond.size());
+  draw_thresholds(scene.disorder, scene.ensemble.first_sample, threshold);
+  return threshold;
 }
 
 }  // namespace crackle

@@ -93,7 +93,7 @@ void Workplace::save(Report& report, bool now) {
 
 /// False: the run ends, the sample is not finished.
 bool Workplace::break_one(std::int64_t index) {
-  if (!run_.disorder.from_file) draw_uniform_thresholds(run_.disorder.seed, index, threshold_);
+  if (!run_.disorder.from_file) draw_thresholds(run_.disorder, index, threshold_);
   const std::int64_t chosen = run_.ensemble.checkpoint_breaks;
   Fracture sample(*equilibrium_, run_.ensemble.stop, observers_,
                   chosen > 0 ? chosen : equilibrium_->breaks_worth_settling());

@@ -1,15 +1,44 @@
-/// Breaking thresholds from (seed, sample, bond) alone: any sample can be drawn anywhere, in any order.
+/// Breaking thresholds and stiffnesses from (seed, sample, bond) alone: any sample can be drawn anywhere, in any
+/// order.
 ///
 /// Source: J. K. Salmon et al., Parallel random numbers: as easy as 1, 2, 3, SC'11 (Philox2x64-10).
 #pragma once
 
 #include <cstdint>
 #include <span>
+#include <vector>
+
+#include "crackle/lattice.hpp"
 
 namespace crackle {
 
+/// The law of the thresholds; r is uniform on [0, 1).
+enum class Thresholds : std::uint8_t {
+  uniform,   ///< t = r
+  power,     ///< t = r^D: down to 0 where that is below the smallest double
+  constant,  ///< t = 1: every choice is a tie, or decided by the forces alone
+};
+
 struct DisorderOptions {
-  bool from_file = false;  ///< thresholds of the network file, the same for every sample; else uniform
+  bool from_file = false;  ///< thresholds of the network file, the same for every sample; else drawn
+  Thresholds thresholds = Thresholds::uniform;
+  double exponent = 1;    ///< D of `power`, > 0
+  double zero_share = 0;  ///< probability that a threshold is 0 instead
+  std::uint64_t seed = 1;
+};
+
+/// Which bonds of a generated lattice are stiffer or softer than 1.
+enum class StiffnessKind : std::uint8_t {
+  uniform,    ///< none
+  random,     ///< every bond: log-uniform between 1/contrast and 1
+  inclusion,  ///< contrast for bonds with both ends within a sixth of the height from the centre
+  band,       ///< 1/contrast for bonds with both ends in the middle fifth of the height
+};
+
+struct StiffnessOptions {
+  StiffnessKind kind = StiffnessKind::uniform;
+  double contrast = 1;  ///< of the stiffest bond to the softest, >= 1
+  double dilution = 0;  ///< probability that a bond is missing (stiffness 0), below 1
   std::uint64_t seed = 1;
 };
 
@@ -17,5 +46,11 @@ struct DisorderOptions {
 ///
 /// Philox2x64-10 with key `seed` and counter (bond, sample); the upper 53 bits of the first output word.
 void draw_uniform_thresholds(std::uint64_t seed, std::int64_t sample, std::span<double> threshold);
+
+/// The same numbers under the law of `options`; the second output word decides who is 0.
+void draw_thresholds(const DisorderOptions& options, std::int64_t sample, std::span<double> threshold);
+
+/// [M] stiffnesses of one network for all samples: counter (bond, -1). Empty when every one is 1.
+[[nodiscard]] std::vector<double> draw_stiffness(const StiffnessOptions& options, const Lattice& lattice);
 
 }  // namespace crackle

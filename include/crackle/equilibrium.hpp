@@ -38,20 +38,29 @@ struct EquilibriumCounts {
   std::int64_t confirmations =
       0;                        ///< a solver gave up, and a direct factor told whether the network had failed
   std::int64_t iterations = 0;  ///< of the Krylov method; 0 for a direct solve
+  std::int64_t doubtful = 0;    ///< breaks of an iteration whose residual left open which bond breaks
+  std::int64_t first_doubtful = 0;  ///< number in its sample of the first of them; 0: none
+  double loosest_residual = 0;      ///< largest residual seen in looking for doubt; the load's norm is 1
   std::int64_t null_pivots = 0;     ///< floppy unknowns pinned in the intact network
   std::int64_t unknowns = 0;        ///< size of the system
   std::int64_t factor_entries = 0;  ///< entries of the factor; 0 where the solver doesn't tell
   double smallest_slack = 1;        ///< smallest 1 - k b^T K^-1 b of a bond that left something carrying
+  std::int64_t checks = 0;          ///< breaks at which `check_every` had the residual measured
   double largest_residual = 0;      ///< largest backward error measured
 };
 
 class Ranks;
+/// Backward error that is not believed: a direct solver leaves 1e-16 to 1e-14.
+inline constexpr double kLargestError = 1e-12;
 
 struct EquilibriumOptions {
   std::string strategy = "tree";  ///< name in `-equilibrium`
   BreakOn break_on = BreakOn::magnitude;
-  bool verify = false;       ///< tree: compare every break with a full solve by a fresh factor
-  bool many_samples = true;  ///< reset will be called again: keep what makes it cheap
+  int refactor_every = 1;        ///< ksp: breaks that a preconditioner made from scratch serves
+  std::int64_t check_every = 0;  ///< breaks between two looks at the residual; 0: the strategy's own choice
+  double check_bound = kLargestError;  ///< backward error above which a factor is made anew
+  bool verify = false;                 ///< tree: compare every break with a full solve by a fresh factor
+  bool many_samples = true;            ///< reset will be called again: keep what makes it cheap
   const Ranks* ranks =
       nullptr;  ///< whose group keeps the network in equilibrium together; null: this process alone
 };
@@ -66,6 +75,17 @@ inline constexpr double kNoStiffness = 1e-12;
 inline constexpr double kTie = 1e-11;
 /// An elongation below this multiple of the plate's displacement is rounding: the bond carries nothing.
 inline constexpr double kNoElongation = 1e-14;
+
+/// A residual e_plate - K u above this (the load's norm is 1) may leave open which bond breaks: it is then looked at
+/// in every state. Forces are in error by about as much, whatever the stiffnesses: the forces that balance a load are
+/// bounded by it (G. W. Stewart, Linear Algebra Appl. 112 (1989) 189, on scaled projections).
+inline constexpr double kDoubtfulResidual = 1e-9;
+/// A force is taken to be in error by at most this multiple of the residual; 2 is the most that was seen.
+inline constexpr double kForcePerResidual = 10;
+/// A critical bond whose elongation is below this multiple of the plate's displacement has the residual looked at.
+inline constexpr double kTinyElongation = 1e-6;
+/// Breaks between two looks at the residual, while it is not doubtful.
+inline constexpr std::int64_t kTrustEvery = 128;
 
 class Equilibrium {
  public:
@@ -83,14 +103,20 @@ class Equilibrium {
   void reset(std::span<const double> threshold);
 
   /// The bond with the largest ratio of force to threshold; fills `next` when the state is `carrying`.
-  [[nodiscard]] virtual State find_critical(Critical& next) = 0;
+  ///
+  /// Every kTrustEvery breaks, and at every one where the residual is doubtful or the critical force tiny, the residual is measured from the
+  /// bonds. When it leaves open which bond breaks, a direct strategy makes a new factor, and when that doesn't help
+  /// the state is `unsolved`; one that iterates counts it (EquilibriumCounts::doubtful), and goes on.
+  /// With check_every > 0, every so many breaks the residual is measured from the bonds first; above
+  /// check_bound the factor is made anew, and when that doesn't help the state is `unsolved`.
+  [[nodiscard]] State find_critical(Critical& next);
 
   /// Removes a bond that find_critical named.
   void remove(BondId bond);
 
   /// From here on every number follows from thresholds and broken bonds alone, to the last bit, not from how
   /// they came to break: factors are made anew, predictions forgotten. Between remove and find_critical.
-  void settle() { do_settle(); }
+  void settle();
 
   /// A sample that settled after these breaks (in their order), as it was then. intact_stiffness: that sample's.
   void resume(std::span<const double> threshold, std::span<const BondId> bonds, double intact_stiffness);
@@ -110,7 +136,10 @@ class Equilibrium {
   [[nodiscard]] const std::string& complaint() const { return complaint_; }
 
  protected:
-  virtual void do_reset() = 0;              ///< broken() and threshold() are the new sample's already
+  virtual State search(Critical& next) = 0;                      ///< find_critical without the check
+  [[nodiscard]] virtual bool iterates() const { return false; }  ///< its error is the user's choice
+  virtual bool renew() = 0;     ///< the next search starts from a new factor; false: K is singular
+  virtual void do_reset() = 0;  ///< broken() and threshold() are the new sample's already
   virtual void do_remove(BondId bond) = 0;  ///< broken()[bond] is 1 already
   virtual void do_settle() = 0;
   /// Just after do_reset, broken() and threshold() tell of these bonds already; do_settle follows.
@@ -136,6 +165,14 @@ class Equilibrium {
   [[nodiscard]] std::span<const double> threshold() const { return threshold_; }
 
  private:
+  [[nodiscard]] State double_check(Critical& next);
+  [[nodiscard]] State look_for_doubt(Critical& next);
+  [[nodiscard]] bool is_tiny(const Critical& next) const;
+  [[nodiscard]] bool is_doubtful(const Critical& next);
+
+  std::int64_t removed_ = 0;  ///< since reset
+  bool suspicious_ = false;   ///< the last residual was doubtful
+  std::vector<double> r_;     ///< [n] workspace of residuals
   std::vector<std::uint8_t> broken_;
   std::vector<double> threshold_;
   std::vector<double> ratio_;  ///< [M] workspace of scan; empty until it is first called

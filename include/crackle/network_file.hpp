@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "crackle/disorder.hpp"
 #include "crackle/hdf5_handle.hpp"
 #include "crackle/network.hpp"
 
@@ -30,6 +31,7 @@ struct NetworkOptions {
   bool from_file = false;      ///< read `file`; else a triangular lattice
   int size = 16;               ///< L
   double row_spacing = 1;      ///< in lattice spacings along x
+  StiffnessOptions stiffness;  ///< of a generated lattice
   std::string file;            ///< a network file
   std::optional<Model> model;  ///< not given: spring, or what the file says
   Grips grips = Grips::sliding;

@@ -67,6 +67,7 @@ class Handle {
 
 using MatHandle = Handle<Mat, MatDestroy>;
 using VecHandle = Handle<Vec, VecDestroy>;
+using NullSpaceHandle = Handle<MatNullSpace, MatNullSpaceDestroy>;
 using KspHandle = Handle<KSP, KSPDestroy>;
 using ScatterHandle = Handle<VecScatter, VecScatterDestroy>;
 

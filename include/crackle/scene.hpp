@@ -1,5 +1,5 @@
-/// A scene: what the command line asks for at one size, one plain struct for each layer. The only place that reads our
-/// options; the solver's own are read by PETSc.
+/// A scene: what the command line asks for at one size, one plain struct for each layer. Our options are read here
+/// and in compare_scene only; the solver's own are read by PETSc.
 #pragma once
 
 #include <map>
@@ -33,9 +33,18 @@ struct Scene {
 /// command line that is no option.
 [[nodiscard]] std::vector<Scene> read_scenes();
 
+/// The part of it that a solver file may set, from the database as it is now.
+[[nodiscard]] EquilibriumOptions read_strategy();
+
 /// What every sample has in common. Throws InputError when -disorder file finds no thresholds.
 /// The views that it holds are of the arguments.
 [[nodiscard]] Run make_run(const Scene& scene, const IntactNetwork& intact, const RunHeader& header);
+
+/// "-name value" a line, by name.
+[[nodiscard]] std::string format_options(const std::map<std::string, std::string>& options);
+
+/// [M] of the first sample. Throws as make_run does.
+[[nodiscard]] std::vector<double> make_thresholds(const Scene& scene, const IntactNetwork& intact);
 
 /// The head of the run file; with -record network the network and, for a run of one sample, its thresholds.
 [[nodiscard]] RunHeader make_header(const Scene& scene, const IntactNetwork& intact);

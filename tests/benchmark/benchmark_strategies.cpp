@@ -28,7 +28,7 @@
 #include "crackle/equilibrium.hpp"
 #include "crackle/matrix_rows.hpp"
 #include "crackle/network_matrix.hpp"
-#include "crackle/pc_updown.hpp"
+#include "crackle/preconditioner.hpp"
 #include "crackle/petsc_handle.hpp"
 
 extern char** environ;
@@ -358,7 +358,7 @@ BENCHMARK(start_up)->Name("StartUp")->UseManualTime()->Iterations(20)->Unit(benc
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   const petsc::Session session(argc, argv, nullptr);
-  petsc::check(register_pc_updown());
+  register_preconditioners();
   benchmark::RunSpecifiedBenchmarks();
   return 0;
 }

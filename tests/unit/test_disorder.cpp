@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -103,6 +104,47 @@ TEST(Disorder, IsUniformAndIndependent) {
     EXPECT_LT(std::abs(correlation(here.data(), thresholds(2, 0, kDraws).data(), kDraws)), four_sigma)
         << "seeds";
   }
+}
+
+TEST(Disorder, LawsFollowFromTheUniformNumbers) {
+  constexpr std::size_t kDraws = 20000;
+  const std::vector<double> r = thresholds(5, 2, kDraws);
+  std::vector<double> drawn(kDraws);
+  draw_thresholds({.seed = 5}, 2, drawn);
+  EXPECT_EQ(drawn, r);
+  draw_thresholds({.thresholds = Thresholds::constant, .seed = 5}, 2, drawn);
+  EXPECT_EQ(drawn, std::vector<double>(kDraws, 1.0));
+  draw_thresholds({.thresholds = Thresholds::power, .exponent = 50, .seed = 5}, 2, drawn);
+  for (std::size_t i = 0; i < kDraws; ++i) ASSERT_EQ(drawn[i], std::pow(r[i], 50)) << i;
+  EXPECT_LT(*std::ranges::min_element(drawn), 1e-180);
+
+  draw_thresholds({.zero_share = 0.25, .seed = 5}, 2, drawn);
+  std::size_t zeros = 0;
+  for (std::size_t i = 0; i < kDraws; ++i) {
+    if (drawn[i] == 0) ++zeros;
+    ASSERT_TRUE(drawn[i] == 0 || drawn[i] == r[i]) << i;
+  }
+  EXPECT_NEAR(static_cast<double>(zeros) / kDraws, 0.25, 4 * std::sqrt(0.25 * 0.75 / kDraws));
+}
+
+TEST(Disorder, StiffnessesAreWhereTheirKindSays) {
+  const Lattice lattice = triangular_lattice(30, 1);
+  EXPECT_TRUE(draw_stiffness({}, lattice).empty());
+  const auto count = [&](const StiffnessOptions& options, auto condition) {
+    const std::vector<double> k = draw_stiffness(options, lattice);
+    EXPECT_EQ(k.size(), lattice.bond.size());
+    return static_cast<double>(std::ranges::count_if(k, condition)) / static_cast<double>(k.size());
+  };
+  const StiffnessOptions random{.kind = StiffnessKind::random, .contrast = 1e6};
+  EXPECT_EQ(count(random, [](double k) { return k > 1e-6 && k <= 1; }), 1);
+  EXPECT_NEAR(count(random, [](double k) { return k < 1e-3; }), 0.5, 0.05);
+  const StiffnessOptions inclusion{.kind = StiffnessKind::inclusion, .contrast = 100};
+  EXPECT_NEAR(count(inclusion, [](double k) { return k == 100; }), 3.14159 / 36 * 0.8, 0.02);
+  const StiffnessOptions band{.kind = StiffnessKind::band, .contrast = 100};
+  EXPECT_NEAR(count(band, [](double k) { return k == 0.01; }), 0.2, 0.03);
+  EXPECT_NEAR(count({.dilution = 0.3}, [](double k) { return k == 0; }), 0.3, 0.04);
+  EXPECT_NE(draw_stiffness({.dilution = 0.3, .seed = 2}, lattice),
+            draw_stiffness({.dilution = 0.3}, lattice));
 }
 
 }  // namespace

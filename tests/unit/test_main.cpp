@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "crackle/pc_updown.hpp"
 #include "crackle/petsc_handle.hpp"
+#include "crackle/preconditioner.hpp"
 #include "support/leak_check.hpp"
 
 int main(int argc, char** argv) {
@@ -9,7 +9,7 @@ int main(int argc, char** argv) {
   crackle::test::ignore_leaks();
   const crackle::petsc::Session session(argc, argv, "The unit tests of crackle.\n");
   crackle::test::note_leaks();
-  crackle::petsc::check(crackle::register_pc_updown());
+  crackle::register_preconditioners();
   const int failed = RUN_ALL_TESTS();
   crackle::test::check_leaks();
   return failed;

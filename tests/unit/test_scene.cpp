@@ -56,16 +56,38 @@ TEST(Scene, TakesAndEchoesWhatIsGiven) {
 }
 
 TEST(Scene, RefusesEveryValueThatIsNotAllowed) {
-  const std::vector<std::pair<std::string, std::string>> wrong = {
-      {"-model", "beam"},        {"-lattice", "cubic"},           {"-lattice_size", "0"},
-      {"-lattice_size", "8193"}, {"-lattice_size", "4.5"},        {"-lattice_size", "ten"},
-      {"-lattice_size", "1e3"},  {"-lattice_row_spacing", "0"},   {"-lattice_row_spacing", "-1"},
-      {"-seed", "-1"},           {"-lattice_row_spacing", "nan"}, {"-lattice_row_spacing", "inf"},
-      {"-grips", "loose"},       {"-break_on", "shear"},          {"-disorder", "normal"},
-      {"-samples", "0"},         {"-first_sample", "-1"},         {"-seed", "18446744073709551616"},
-      {"-stop", "peak"},         {"-stop", "breaks=-1"},          {"-stop", "breaks=1.5"},
-      {"-stop", "stiffness=2"},  {"-stop", "stiffness="},         {"-stop", "displacement=-1"},
-      {"-record", "all"},        {"-record", "breaks,none"},      {"-monitor", "loud"}};
+  const std::vector<std::pair<std::string, std::string>> wrong = {{"-model", "beam"},
+                                                                  {"-lattice", "cubic"},
+                                                                  {"-lattice_size", "0"},
+                                                                  {"-lattice_size", "8193"},
+                                                                  {"-lattice_size", "4.5"},
+                                                                  {"-lattice_size", "ten"},
+                                                                  {"-lattice_size", "1e3"},
+                                                                  {"-lattice_row_spacing", "0"},
+                                                                  {"-lattice_row_spacing", "-1"},
+                                                                  {"-seed", "-1"},
+                                                                  {"-lattice_row_spacing", "nan"},
+                                                                  {"-lattice_row_spacing", "inf"},
+                                                                  {"-grips", "loose"},
+                                                                  {"-break_on", "shear"},
+                                                                  {"-disorder", "normal"},
+                                                                  {"-stiffness", "soft"},
+                                                                  {"-lattice_dilution", "1"},
+                                                                  {"-disorder_zero_share", "1.5"},
+                                                                  {"-lattice_dilution", "-0.1"},
+                                                                  {"-equilibrium_check", "-1"},
+                                                                  {"-samples", "0"},
+                                                                  {"-first_sample", "-1"},
+                                                                  {"-seed", "18446744073709551616"},
+                                                                  {"-stop", "peak"},
+                                                                  {"-stop", "breaks=-1"},
+                                                                  {"-stop", "breaks=1.5"},
+                                                                  {"-stop", "stiffness=2"},
+                                                                  {"-stop", "stiffness="},
+                                                                  {"-stop", "displacement=-1"},
+                                                                  {"-record", "all"},
+                                                                  {"-record", "breaks,none"},
+                                                                  {"-monitor", "loud"}};
   for (const auto& [name, value] : wrong) {
     SCOPED_TRACE(name + " " + value);
     const test::SolverOptions options{{name, value}};

@@ -7,8 +7,8 @@
 #include "crackle/matrix_rows.hpp"
 #include "crackle/network_matrix.hpp"
 #include "crackle/observe_breaks.hpp"
-#include "crackle/pc_updown.hpp"
 #include "crackle/petsc_handle.hpp"
+#include "crackle/preconditioner.hpp"
 #include "support/leak_check.hpp"
 
 namespace crackle::verification {
@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
   crackle::test::ignore_leaks();
   const crackle::petsc::Session session(argc, argv, nullptr);
   crackle::test::note_leaks();
-  crackle::petsc::check(crackle::register_pc_updown());
+  crackle::register_preconditioners();
   const int failed = RUN_ALL_TESTS();
   crackle::test::check_leaks();
   return failed;

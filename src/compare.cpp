@@ -1,0 +1,72 @@
+/// Compares solvers on one and the same breaking network: error against run time.
+///
+///   crackle_compare -lattice_size 32 -compare options/solver_tree.opts,options/solver_mumps.opts
+///   crackle_compare -options_file options/paper_fuse.opts -lattice_size 64 -compare_every 50
+///       -compare options/solver_jacobi.opts,options/solver_circulant.opts -compare_rtol 1e-2,1e-6,1e-12
+
+#include <cstdio>
+#include <exception>
+
+#include "crackle/compare_file.hpp"
+#include "crackle/compare_run.hpp"
+#include "crackle/compare_scene.hpp"
+#include "crackle/compare_strategy.hpp"
+#include "crackle/compare_table.hpp"
+#include "crackle/option_text.hpp"
+#include "crackle/petsc_handle.hpp"
+#include "crackle/preconditioner.hpp"
+
+namespace {
+
+void compare_strategies() {
+  // 1. the scene, and what to compare in it; the options used, echoed
+  crackle::register_preconditioners();
+  crackle::Scene scene = crackle::read_compared_scene();
+  const crackle::CompareOptions options = crackle::read_comparison(scene);
+  if (scene.help) return;
+  const auto choices = crackle::choose_strategies(options.files, options.tolerances);
+  const std::string header = crackle::format_options(scene.options);
+  std::printf("%s", header.c_str());
+
+  // 2. the intact network and the sample's thresholds
+  const crackle::IntactNetwork intact = crackle::load_network(scene.network);
+  const crackle::CompareScene sample{intact.network, scene.equilibrium, scene.ensemble.stop,
+                                     crackle::make_thresholds(scene, intact)};
+
+  // 3. whether all of it can be, before time is spent
+  crackle::check_compare_output(options);
+  crackle::try_strategies(sample, choices);
+
+  // 4. the reference breaks the sample
+  const crackle::ReferenceRun reference = crackle::run_reference(sample, options);
+
+  // 5. so does every strategy, in turn
+  const auto runs = crackle::run_strategies(sample, options, reference, choices);
+
+  // 6. what came out
+  crackle::write_comparison(options.path, header, reference, runs);
+  std::printf("%swritten: %s\n", crackle::format_comparison(reference, runs, options).c_str(),
+              options.path.c_str());
+}
+
+int complain(const std::exception& error) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "crackle_compare: %s\n", error.what());
+  return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const crackle::petsc::Session session(argc, argv, crackle::help_text().c_str());
+    try {
+      compare_strategies();
+      return 0;
+    } catch (const std::exception& error) {
+      return session.first() ? complain(error) : 1;
+    }
+  } catch (const std::exception& error) {
+    return complain(error);
+  }
+}
