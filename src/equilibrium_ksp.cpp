@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <memory>
 #include <string>
 
 #include "crackle/error.hpp"
@@ -64,7 +64,7 @@ class EquilibriumKsp final : public Equilibrium {
   petsc::VecHandle load_, u_;
   petsc::KspHandle ksp_;
   petsc::KspHandle direct_;  ///< made when an iteration fails, to tell failure from trouble
-  std::optional<Preconditioner> preconditioner_;
+  std::unique_ptr<Preconditioner> preconditioner_;
   bool follows_ = false;  ///< the preconditioner is a factor that follows the breaks
   bool preonly_ = false;
   bool loose_ = false;  ///< the last break left nothing that carries
@@ -98,7 +98,7 @@ void EquilibriumKsp::create_solver() {
   check(PCSetType(pc, "updown"));
   check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, kDefaultDivergence, kDefaultIterations));
   check_options(KSPSetFromOptions(ksp_));
-  preconditioner_.emplace(ksp_, network_, options_.refactor_every);
+  preconditioner_ = std::make_unique<Preconditioner>(ksp_, network_, options_.refactor_every);
   follows_ = preconditioner_->follows();
   if (!follows_) matrix_.hold_loose();
   PetscBool preonly = PETSC_FALSE;
