@@ -21,8 +21,9 @@ SCHEMA_VERSION = 1
 SAMPLE_FIELDS = ("index", "peak_load", "peak_displacement", "n_p", "n_f", "initial_stiffness", "wall_time")
 BREAK_FIELDS = ("bond", "load", "stiffness")
 # Samples belong together only if these agree; the others may change when a run is resumed.
-SCENE_OPTIONS = ("-model", "-lattice", "-lattice_size", "-lattice_row_spacing", "-lattice_file", "-grips",
-                 "-break_on", "-disorder", "-disorder_exponent", "-seed", "-stop")
+SCENE_OPTIONS = ("-model", "-lattice", "-lattice_size", "-lattice_row_spacing", "-lattice_file", "-lattice_dilution",
+                 "-stiffness", "-stiffness_contrast", "-grips", "-break_on", "-disorder", "-disorder_exponent",
+                 "-disorder_zero_share", "-seed", "-stop")
 
 
 @dataclass
@@ -105,7 +106,9 @@ class Run:
 
     def network(self):
         """The intact network, from the file or rebuilt from the options; None if neither gives it."""
-        if self._network is None and self.options.get("-lattice") == "triangular":
+        plain = (self.options.get("-lattice") == "triangular" and self.options.get("-stiffness", "uniform") == "uniform"
+                 and float(self.options.get("-lattice_dilution", "0")) == 0)
+        if self._network is None and plain:
             self._network = triangular_network(int(self._option("-lattice_size")),
                                                float(self._option("-lattice_row_spacing")),
                                                components=1 if self._option("-model") == "fuse" else 2)

@@ -85,8 +85,8 @@ std::string format_comparison(const ReferenceRun& reference, std::span<const Str
           : "Every strategy breaks its own bonds; errors end where it first names another one. Errors are "
             "the "
             "largest of every ";
-  text += print("%lld-th break; times a break: median of %d runs.\n\n", static_cast<long long>(options.every),
-                options.repetitions);
+  text += print("%lld-th break; times a break (processor): median of %d runs.\n\n",
+                static_cast<long long>(options.every), options.repetitions);
   text += print("%-22s %16s %9s %9s %9s %9s %9s %9s %6s %6s %8s\n", "strategy", "ms a break", "iterat.",
                 "residual", "forces", "loads", "1st diff.", "peak", "n_p", "n_f", "MiB");
   for (const StrategyRun& run : runs) text += format_row(run, reference);

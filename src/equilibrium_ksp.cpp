@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <memory>
 #include <string>
 
 #include "crackle/error.hpp"
+#include "crackle/failure_solve.hpp"
 #include "crackle/network_matrix.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/preconditioner.hpp"
@@ -41,12 +42,6 @@ void check_options(PetscErrorCode code) {
   throw InputError(option + ": " + petsc::last_message());
 }
 
-int comm_rank(MPI_Comm comm) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  return rank;
-}
-
 class EquilibriumKsp final : public Equilibrium {
  public:
   EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times);
@@ -71,7 +66,6 @@ class EquilibriumKsp final : public Equilibrium {
   [[nodiscard]] State judge(KSPConvergedReason reason);
   [[nodiscard]] State confirm_failure(const std::string& why);
   [[nodiscard]] bool plate_is_loose();
-  [[nodiscard]] bool plate_is_loose_together();
   void gather();
   void downdate(BondId bond);
   [[nodiscard]] State check_downdates();
@@ -86,8 +80,8 @@ class EquilibriumKsp final : public Equilibrium {
   petsc::VecHandle all_u_;  ///< with together_: u_ whole
   petsc::ScatterHandle scatter_;
   petsc::KspHandle ksp_;
-  petsc::KspHandle direct_;  ///< made when an iteration fails, to tell failure from trouble
-  std::optional<Preconditioner> preconditioner_;
+  PinnedSolver pinned_;  ///< for when an iteration fails
+  std::unique_ptr<Preconditioner> preconditioner_;
   std::int64_t earlier_set_ups_ = 0;  ///< of the preconditioners before this one
   bool follows_ = false;              ///< the preconditioner is a factor that follows the breaks
   bool preonly_ = false;
@@ -119,6 +113,7 @@ EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions&
 
 /// A new one in place of any other: many keep something of the matrices that they have seen, an ordering or a hierarchy.
 void EquilibriumKsp::create_solver() {
+  if (preconditioner_) earlier_set_ups_ += preconditioner_->counts().factorizations;
   ksp_ = {};
   check(KSPCreate(comm_, ksp_.out()));
   check(KSPSetOperators(ksp_, matrix_.get(), matrix_.get()));
@@ -129,8 +124,7 @@ void EquilibriumKsp::create_solver() {
   if (together_) check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, kDefaultDivergence, kDefaultIterations));
   check_options(KSPSetFromOptions(ksp_));
-  if (preconditioner_) earlier_set_ups_ += preconditioner_->counts().factorizations;
-  preconditioner_.emplace(ksp_, network_, options_.refactor_every);
+  preconditioner_ = std::make_unique<Preconditioner>(ksp_, network_, options_.refactor_every);
   follows_ = preconditioner_->follows();
   if (!follows_) matrix_.hold_loose();
   PetscBool preonly = PETSC_FALSE;
@@ -265,7 +259,7 @@ State EquilibriumKsp::judge(KSPConvergedReason reason) {
 /// tells which.
 State EquilibriumKsp::confirm_failure(const std::string& why) {
   ++counts_.confirmations;
-  if (together_ ? plate_is_loose_together() : plate_is_loose()) return State::failed;
+  if (plate_is_loose()) return State::failed;
   complaint_ = why +
                " though the network still carries: try a direct solver, a tighter -ksp_rtol, more "
                "-ksp_max_it, or for a network with floppy parts -pc_type updown";
@@ -273,43 +267,13 @@ State EquilibriumKsp::confirm_failure(const std::string& why) {
 }
 
 bool EquilibriumKsp::plate_is_loose() {
-  PC pc = nullptr;
-  if (direct_ == nullptr) {
-    check(KSPCreate(PETSC_COMM_SELF, direct_.out()));
-    check(KSPSetType(direct_, KSPPREONLY));
-    check(KSPGetPC(direct_, &pc));
-    check(PCSetType(pc, "updown"));
+  if (!together_) {
+    const bool carries = pinned_.solve(matrix_.get(), load_, u_);
+    return !carries || (intact_stiffness() > 0 && has_failed(displacements()));
   }
-  check(KSPSetOperators(direct_, matrix_.get(), matrix_.get()));
-  check(KSPSolve(direct_, load_, u_));
-  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-  check(KSPGetConvergedReason(direct_, &reason));
-  return reason < 0 || (intact_stiffness() > 0 && has_failed(displacements()));
-}
-
-/// With a soft spring under the plate K is never singular, and its compliance tells F: 1/u[plate] - the spring's.
-bool EquilibriumKsp::plate_is_loose_together() {
   const double spring =
       kFailedStiffness * (intact_stiffness() > 0 ? intact_stiffness() : network_.plate_diagonal);
-  petsc::MatHandle K;
-  check(MatDuplicate(matrix_.get(), MAT_COPY_VALUES, K.out()));
-  check(MatSetValue(K, network_.plate, network_.plate, comm_rank(comm_) == 0 ? spring : 0, ADD_VALUES));
-  check(MatAssemblyBegin(K, MAT_FINAL_ASSEMBLY));
-  check(MatAssemblyEnd(K, MAT_FINAL_ASSEMBLY));
-  petsc::KspHandle ksp;
-  PC pc = nullptr;
-  Mat factor = nullptr;
-  constexpr PetscInt kFindNullPivots = 24;
-  check(KSPCreate(comm_, ksp.out()));
-  check(KSPSetOperators(ksp, K, K));
-  check(KSPSetType(ksp, KSPPREONLY));
-  check(KSPGetPC(ksp, &pc));
-  check(PCSetType(pc, PCCHOLESKY));
-  check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
-  check(PCFactorSetUpMatSolverType(pc));
-  check(PCFactorGetMatrix(pc, &factor));
-  check(MatMumpsSetIcntl(factor, kFindNullPivots, 1));
-  check(KSPSolve(ksp, load_, u_));
+  solve_on_spring(matrix_.get(), network_.plate, spring, load_, u_);
   gather();
   return has_failed(1 / displacements()[network_.plate] - spring);
 }

@@ -11,8 +11,8 @@
 ///                            peak_error, n_p, n_f, memory, factorizations, refactors, confirmations,
 ///                            iterations, doubtful, first_doubtful (see EquilibriumCounts), largest_residual,
 ///                            smallest_slack
-///         time               float64[R][K]     seconds when the break was known
-///         total, set_up      float64[R]        seconds of all breaks; before the first
+///         time               float64[R][K]     processor seconds when the break was known
+///         total, set_up      float64[R]        processor seconds of all breaks; before the first
 ///         phase              float64[R][6]     seconds: assembly, factor, downdate, solve, search, output
 ///         iterations         int64[K]          of that break's solve; -1: not reached
 ///         residual, backward_error, force_error, load_error      float64[K]; NaN: not reached

@@ -49,7 +49,7 @@ struct ReferenceRun {
   double seconds = 0;
 };
 
-/// What a strategy did. NaN where it was not measured.
+/// What a strategy did. NaN where it was not measured. Seconds of `time`, `total` and `set_up` are processor time.
 struct StrategyRun {
   StrategyChoice choice;
   std::vector<double> time;              ///< [R][K] seconds when each measured break was known
