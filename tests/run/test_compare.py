@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from comparison_file import read_comparison
-from program import CRACKLE, contents, environment
+from program import CRACKLE, break_samples, contents, datasets, environment, succeed
+from program import run as run_crackle
 
 PROJECT = Path(__file__).resolve().parents[2]
 COMPARE = os.environ.get("CRACKLE_COMPARE", str(Path(CRACKLE).with_name("crackle_compare")))
@@ -121,6 +122,26 @@ def test_every_extreme_scene_is_right_or_told_by_tree_and_updown(tmp_path):
             assert strategy.first_difference == 0, (scene.stem, strategy.name)
             if strategy.attributes["complaint"] == "":
                 assert strategy.attributes["n_f"] == comparison.reference["n_f"], (scene.stem, strategy.name)
+
+
+@pytest.mark.parametrize("solver", ["-equilibrium tree", "-equilibrium dense", "-pc_type updown", "-pc_type woodbury",
+                                    "-ksp_type cg -pc_type icc"])
+def test_check_measures_the_residual_at_every_third_break(tmp_path, solver):
+    line = f"-lattice_size 6 -monitor none -overwrite {solver}"
+    plain = break_samples(tmp_path, line, "plain.h5")
+    result = succeed(tmp_path, f"{line} -equilibrium_check 3 -output checked.h5")
+    breaks = len(plain["/breaks/bond"])
+    assert datasets(tmp_path / "checked.h5")["/breaks/bond"].tolist() == plain["/breaks/bond"].tolist()
+    assert f"residual checked     at {-(-breaks // 3)} breaks" in result.stdout
+    assert float(result.stdout.split("largest residual")[1].split()[0]) < 1e-12
+    impossible = run_crackle(tmp_path, f"{line} -equilibrium_check 3 -equilibrium_check_bound 1e-25")
+    assert impossible.returncode == 1 and "-equilibrium_check" in impossible.stderr
+
+
+def test_loose_iteration_says_so_in_the_summary(tmp_path):
+    line = "-lattice_size 8 -monitor none -overwrite -ksp_type cg -pc_type circulant"
+    assert "doubtful breaks" in succeed(tmp_path, f"{line} -ksp_rtol 1e-2").stdout
+    assert "doubtful breaks" not in succeed(tmp_path, line).stdout
 
 
 def postprocess(script, *arguments):

@@ -21,6 +21,7 @@ class Given final : public Equilibrium {
   using Equilibrium::has_failed;
 
   std::vector<double> u_;
+  bool iterating = false;      ///< what `iterates` says
   double u_after_renewal = 0;  ///< 0: the new factor gives what the old one gave
   int renewals = 0;
   int resets = 0;
@@ -28,6 +29,7 @@ class Given final : public Equilibrium {
 
  private:
   State search(Critical& next) override { return scan(u_, next); }
+  bool iterates() const override { return iterating; }
   bool renew() override {
     ++renewals;
     if (u_after_renewal != 0) u_[0] = u_after_renewal;
@@ -99,6 +101,54 @@ TEST(Equilibrium, CheckMeasuresEveryNthBreakRenewsAndThenComplains) {
   EXPECT_EQ(hopeless.renewals, 1);
   EXPECT_NE(hopeless.complaint().find("-equilibrium_check"), std::string::npos);
   EXPECT_NE(hopeless.complaint().find("0.001"), std::string::npos) << hopeless.complaint();
+}
+
+/// Two fuses side by side, u = 1/2: a residual of d makes forces uncertain by 10 d. Ratios are 0.5 / 1 and 0.5 / 1.01.
+TEST(Equilibrium, DoubtEndsADirectStrategyThatANewFactorDoesNotHelpAndIsCountedOfAnIteration) {
+  const Network network = test::bundle(2);
+  const std::vector<double> threshold{1.01, 1.0};
+  Critical next;
+  const auto start = [&](Given& equilibrium, double u) {
+    equilibrium.reset(threshold);
+    equilibrium.u_ = {u};
+    return equilibrium.find_critical(next);
+  };
+  Given certain(network, EquilibriumOptions{});
+  EXPECT_EQ(start(certain, 0.5 + 1e-5), State::carrying) << "1 % apart, 0.02 % uncertain";
+  EXPECT_EQ(certain.renewals, 0);
+  Given mended(network, EquilibriumOptions{});
+  mended.u_after_renewal = 0.5;
+  EXPECT_EQ(start(mended, 0.501), State::carrying);
+  EXPECT_EQ(mended.renewals, 1);
+  Given hopeless(network, EquilibriumOptions{});
+  EXPECT_EQ(start(hopeless, 0.501), State::unsolved);
+  EXPECT_NE(hopeless.complaint().find("bond 1"), std::string::npos) << hopeless.complaint();
+  EXPECT_EQ(hopeless.counts().doubtful, 0);
+  Given iteration(network, EquilibriumOptions{});
+  iteration.iterating = true;
+  EXPECT_EQ(start(iteration, 0.501), State::carrying);
+  EXPECT_EQ(iteration.renewals, 0);
+  EXPECT_EQ(iteration.counts().doubtful, 1);
+  EXPECT_EQ(iteration.counts().first_doubtful, 1);
+  EXPECT_NEAR(iteration.counts().loosest_residual, 0.002, 1e-12);
+  iteration.remove(1);
+  iteration.u_ = {1 + 1e-3};
+  EXPECT_EQ(iteration.find_critical(next), State::carrying);
+  EXPECT_EQ(iteration.counts().doubtful, 1) << "only one bond is left";
+}
+
+/// A bond of threshold 0 is critical with whatever force: rounding must not break it.
+TEST(Equilibrium, ABondThatIsCriticalForItsThresholdAloneIsLookedAt) {
+  const Network network = test::fuses_between(3, {{0, 1}, {0, 1}, {1, 2}});
+  Given equilibrium(network, EquilibriumOptions{});
+  equilibrium.reset(std::vector{0.0, 1.0, 1.0});
+  equilibrium.u_ = {0.5, 1.5};
+  Critical next;
+  EXPECT_EQ(equilibrium.find_critical(next), State::carrying) << "it carries a half";
+  EXPECT_EQ(next.bond, 0);
+  equilibrium.remove(1);
+  equilibrium.u_ = {1e-10, 1.0};  // what looks like no force, with a residual of 1
+  EXPECT_EQ(equilibrium.find_critical(next), State::unsolved);
 }
 
 TEST(Equilibrium, TensionLeavesWhatIsPressedAndFailsWithoutAny) {
