@@ -28,8 +28,8 @@
 #include "crackle/equilibrium.hpp"
 #include "crackle/matrix_rows.hpp"
 #include "crackle/network_matrix.hpp"
-#include "crackle/preconditioner.hpp"
 #include "crackle/petsc_handle.hpp"
+#include "crackle/preconditioner.hpp"
 
 extern char** environ;
 
