@@ -5,7 +5,7 @@
 
 FIGURE is one of (all of them without -f):
   work_precision  error of the forces against time per break: a point for a direct solver, for one that iterates a
-                  curve whose points are the tolerances; a panel for each file
+                  curve whose points are the tolerances; a panel for each model and size, from all files of it
   error           error of the forces against the number of the break, at the tightest tolerance
   time            time per break against L; needs files of several sizes
   iterations      iterations of each break's solve against the number of the break
@@ -37,22 +37,54 @@ def style_of(family):
     return {"color": colour, "marker": marker, "markeredgecolor": colour}
 
 
-def families(comparison):
+def by_family(strategies):
     """Family name to its strategies, loosest tolerance first."""
     found = {}
-    for strategy in comparison.strategies:
+    for strategy in strategies:
         found.setdefault(strategy.family, []).append(strategy)
     return {name: sorted(group, key=lambda s: -s.rtol if s.rtol == s.rtol else 0) for name, group in found.items()}
 
 
+def by_scene(comparisons):
+    """Title to the strategies of all files of that model and size; of one that several have, that with most breaks."""
+    scenes = {}
+    for comparison in comparisons:
+        best = scenes.setdefault(comparison.title(), {})
+        for strategy in comparison.strategies:
+            if strategy.name not in best or strategy.breaks > best[strategy.name].breaks:
+                best[strategy.name] = strategy
+    return {title: list(best.values()) for title, best in scenes.items()}
+
+
+def panels(count, columns):
+    """A figure with a grid of panels, room for a legend below; the panels that are needed."""
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    height = 4.1 * rows + 0.7
+    figure, axes = plt.subplots(rows, columns, figsize=(5.2 * columns, height), squeeze=False, sharey=True)
+    for panel in axes.flat[count:]:
+        panel.set_axis_off()
+    for panel in axes.flat[:count]:
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.grid(True, linewidth=0.3)
+    return figure, axes
+
+
+def add_legend(figure, handles):
+    columns = int(1.3 * figure.get_figwidth() / 2)
+    figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=columns, fontsize="small", frameon=False)
+    rows = -(-len(handles) // columns)
+    figure.tight_layout(rect=(0, (0.22 * rows + 0.15) / figure.get_figheight(), 1, 1))
+
+
 def draw_work_precision(comparisons):
     """Open markers: at least one of the breaks is another than the reference's."""
-    columns = min(2, len(comparisons))
-    rows = -(-len(comparisons) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(5.2 * columns, 4.1 * rows + 0.7), squeeze=False, sharey=True)
+    scenes = by_scene(comparisons)
+    figure, axes = panels(len(scenes), 2)
     handles = {}
-    for panel, comparison in zip(axes.flat, comparisons):
-        for name, group in families(comparison).items():
+    for panel, (title, strategies) in zip(axes.flat, scenes.items()):
+        for name, group in by_family(strategies).items():
             points = [(s.ms_per_break, max(s.force_error, FLOOR), s.first_difference) for s in group
                       if np.isfinite(s.ms_per_break)]
             if not points:
@@ -62,25 +94,18 @@ def draw_work_precision(comparisons):
             line, = panel.plot(x, y, linewidth=1, markersize=9 if name == "tree" else 5, label=name, **style)
             panel.plot(x[differs > 0], y[differs > 0], linewidth=0, markersize=5, markerfacecolor="white", **style)
             handles.setdefault(name, line)
-        first, last = comparison.number[0], int(comparison.reference["n_f"])
-        panel.set_title(f"{comparison.title()}, breaks {first} to {last}", fontsize="medium")
-        panel.set_xscale("log")
-        panel.set_yscale("log")
-        panel.grid(True, linewidth=0.3)
-    for panel in axes.flat[len(comparisons):]:
-        panel.set_axis_off()
+        panel.set_title(title, fontsize="medium")
     for panel in axes[-1]:
         panel.set_xlabel("time a break (ms)")
     for panel in axes[:, 0]:
         panel.set_ylabel("error of the forces (median)")
-    figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=7, fontsize="small", frameon=False)
-    figure.tight_layout(rect=(0, 0.45 / (4.1 * rows + 0.7) * 1.4, 1, 1))
+    add_legend(figure, handles)
     return figure
 
 
 def draw_series(comparison, name, label, logarithmic):
-    figure, panel = plt.subplots(figsize=(7, 4.2))
-    for family, group in families(comparison).items():
+    figure, panel = plt.subplots(figsize=(8, 4.2))
+    for family, group in by_family(comparison.strategies).items():
         tightest = group[-1]
         values = np.array(tightest.series[name], dtype=float)
         values[values < 0] = np.nan
@@ -95,33 +120,32 @@ def draw_series(comparison, name, label, logarithmic):
     panel.set_title(comparison.title(), fontsize="medium")
     panel.grid(True, linewidth=0.3)
     if panel.get_legend_handles_labels()[0]:
-        panel.legend(fontsize="x-small", ncol=2, frameon=False)
+        panel.legend(fontsize="x-small", frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
     figure.tight_layout()
     return figure
 
 
 def draw_time(comparisons):
-    """One curve a family and model, at its tightest tolerance."""
+    """A panel a model, one curve a family, at its tightest tolerance."""
     curves = {}
-    for comparison in comparisons:
-        size, model = int(comparison.options["-lattice_size"]), comparison.options["-model"]
-        for family, group in families(comparison).items():
-            curves.setdefault((model, family), []).append((size, group[-1].ms_per_break))
-    figure, panel = plt.subplots(figsize=(7, 4.6))
-    for (model, family), points in curves.items():
-        x, y = np.array(sorted(points)).T
-        panel.plot(x, y, linewidth=1, markersize=5, linestyle="-" if model == "spring" else "--",
-                   label=family if model == "spring" else f"{family} (fuse)", **style_of(family))
-    sizes = sorted({int(c.options["-lattice_size"]) for c in comparisons})
-    panel.set_xscale("log")
-    panel.set_yscale("log")
-    panel.set_xticks(sizes, [str(size) for size in sizes], minor=False)
-    panel.minorticks_off()
-    panel.set_xlabel("L")
-    panel.set_ylabel("time a break (ms)")
-    panel.grid(True, linewidth=0.3)
-    panel.legend(fontsize="x-small", ncol=3, frameon=False)
-    figure.tight_layout()
+    for title, strategies in by_scene(comparisons).items():
+        model, size = title.split(", L = ")
+        for family, group in by_family(strategies).items():
+            curves.setdefault(model, {}).setdefault(family, []).append((int(size), group[-1].ms_per_break))
+    figure, axes = panels(len(curves), 2)
+    handles = {}
+    for panel, (model, families) in zip(axes.flat, curves.items()):
+        for family, points in families.items():
+            x, y = np.array(sorted(points)).T
+            line, = panel.plot(x, y, linewidth=1, markersize=9 if family == "tree" else 5, **style_of(family))
+            handles.setdefault(family, line)
+        sizes = sorted({size for points in families.values() for size, _ in points})
+        panel.set_xticks(sizes, [str(size) for size in sizes])
+        panel.minorticks_off()
+        panel.set_xlabel("L")
+        panel.set_title(model, fontsize="medium")
+    axes[0, 0].set_ylabel("time a break (ms)")
+    add_legend(figure, handles)
     return figure
 
 

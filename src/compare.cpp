@@ -59,7 +59,7 @@ int complain(const std::exception& error) {
 
 int main(int argc, char** argv) {
   try {
-    const crackle::petsc::Session session(argc, argv, crackle::help_text().c_str());
+    const crackle::petsc::Session session(argc, argv, crackle::help_text(true).c_str());
     try {
       compare_strategies();
       return 0;

@@ -96,14 +96,15 @@ class Drive {
     for (State state = State::carrying;; ++k) {
       if (stopped(scene_.stop, k) || k >= end + kMostBeyond) break;
       Critical next;
-      const std::int64_t before = equilibrium.counts().iterations;
+      const EquilibriumCounts before = equilibrium.counts();
       const double start = processor_seconds();
       state = equilibrium.find_critical(next);
       seconds_ += seconds_since(start);
+      const std::int64_t iterations = note(before, equilibrium.counts(), k);
       if (state == State::unsolved) complain(k, equilibrium.complaint());
       if (state == State::failed && k == 0) complain(k, "nothing of the intact network carries load");
       if (state != State::carrying) break;
-      look(equilibrium, next, k, equilibrium.counts().iterations - before);
+      look(equilibrium, next, k, iterations);
       const bool follows = !own_ && k < end;
       const double again = processor_seconds();
       equilibrium.remove(follows ? reference_.bond[k] : next.bond);
@@ -114,11 +115,26 @@ class Drive {
     return seconds_;
   }
 
+  /// Of all that it counted, what belongs to the breaks compared.
+  void correct(EquilibriumCounts& counts) const {
+    counts.iterations = iterations_;
+    counts.doubtful = doubtful_;
+    counts.first_doubtful = first_doubtful_;
+  }
+
   void complain(std::int64_t breaks, const std::string& why) {
     run_.complaint = "after break " + std::to_string(breaks) + ": " + why;
   }
 
  private:
+  std::int64_t note(const EquilibriumCounts& before, const EquilibriumCounts& after, std::int64_t k) {
+    const std::int64_t iterations = after.iterations - before.iterations;
+    iterations_ += iterations;
+    doubtful_ += after.doubtful - before.doubtful;
+    if (doubtful_ > 0 && first_doubtful_ == 0) first_doubtful_ = k + 1;
+    return iterations;
+  }
+
   /// Not on the clock. Strategies may count on being asked before the first break; `tree` before every one.
   void skip(Equilibrium& equilibrium) {
     const double start = processor_seconds();
@@ -176,6 +192,7 @@ class Drive {
   bool measures_;
   std::vector<double> residual_;
   double seconds_ = 0;
+  std::int64_t iterations_ = 0, doubtful_ = 0, first_doubtful_ = 0;
   std::size_t at_ = 0;  ///< the next of reference_.number
 };
 
@@ -206,6 +223,7 @@ void repeat(const CompareScene& scene, const CompareOptions& options, const Refe
     total = drive.run(*equilibrium);
     target.memory = bytes_in_use() - before;
     target.counts = equilibrium->counts();
+    drive.correct(target.counts);
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
@@ -227,6 +245,7 @@ ReferenceRun run_reference(const CompareScene& scene, const CompareOptions& opti
   Reference reference(scene.network, scene.equilibrium.break_on, options.reference);
   run.name = reference.name();
   reference.reset(scene.threshold);
+  if (run.skip > 0) (void)reference.solve();  // the intact stiffness
   for (const BondId bond : run.bond) reference.remove(bond);
   for (std::int64_t k = run.skip; !stopped(scene.stop, k); ++k) {
     const ReferenceState& state = reference.solve();

@@ -20,6 +20,12 @@ void add(EquilibriumCounts& sum, const EquilibriumCounts& more) {
   sum.refactors += more.refactors;
   sum.confirmations += more.confirmations;
   sum.iterations += more.iterations;
+  sum.checks += more.checks;
+  if (sum.doubtful == 0 || (more.doubtful > 0 && more.first_doubtful < sum.first_doubtful)) {
+    sum.first_doubtful = more.first_doubtful;
+  }
+  sum.doubtful += more.doubtful;
+  sum.loosest_residual = std::max(sum.loosest_residual, more.loosest_residual);
   sum.null_pivots = std::max(sum.null_pivots, more.null_pivots);
   sum.unknowns = std::max(sum.unknowns, more.unknowns);
   sum.factor_entries = std::max(sum.factor_entries, more.factor_entries);

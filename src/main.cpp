@@ -158,7 +158,7 @@ int complain(const std::exception& error) {
 
 int main(int argc, char** argv) {
   try {
-    const crackle::petsc::Session session(argc, argv, crackle::help_text().c_str());
+    const crackle::petsc::Session session(argc, argv, crackle::help_text(false).c_str());
     try {
       return break_lattices();
     } catch (const std::exception& error) {

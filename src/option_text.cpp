@@ -76,19 +76,17 @@ constexpr std::array kOptions = {
     OptionText{"-record_snapshot_at", "", "break numbers from 1, with commas between",
                "breaks before which displacements and forces are kept", true},
     OptionText{"-compare", "", "files of solver options, with commas between",
-               "crackle_compare: the strategies (options/solver_*.opts)", false},
+               "the strategies (options/solver_*.opts)", false},
     OptionText{"-compare_rtol", "", "numbers between 0 and 1, with commas between",
-               "crackle_compare: tolerances to run each iteration with", false},
-    OptionText{"-compare_every", "10", "an integer from 1",
-               "crackle_compare: measure at every so many breaks", false},
-    OptionText{"-compare_repetitions", "3", "an integer from 1",
-               "crackle_compare: how often each strategy runs", false},
+               "tolerances to run each iteration with", false},
+    OptionText{"-compare_every", "10", "an integer from 1", "measure at every so many breaks", false},
+    OptionText{"-compare_repetitions", "3", "an integer from 1", "how often each strategy runs", false},
     OptionText{"-compare_skip", "0", "an integer from 0",
-               "crackle_compare: first breaks that are taken from tree, and not compared", false},
+               "first breaks that are taken from tree, and not compared", false},
     OptionText{"-compare_along", "reference", "reference or own",
-               "crackle_compare: whose breaks damage the network that a strategy solves", false},
+               "whose breaks damage the network that a strategy solves", false},
     OptionText{"-compare_reference", "auto", "auto, quad or refined",
-               "crackle_compare: 113-bit factors (auto: where small), or refinement in long double", false},
+               "113-bit factors (auto: where small), or refinement in long double", false},
     OptionText{"-monitor", "auto", "auto or none", "progress: a bar on a terminal, a line a minute elsewhere",
                false},
 };
@@ -183,11 +181,12 @@ const OptionText& find_option(const std::string& name) {
                             [](const OptionText& option) { return std::string(option.name); });
 }
 
-std::string format_help() {
+std::string format_help(bool comparison) {
   std::string text =
       "crackle breaks disordered spring and fuse lattices bond by bond.\n\n"
       "Options of crackle (default) meaning; allowed values\n";
   for (const OptionText& option : kOptions) {
+    if (!comparison && std::string(option.name).starts_with("-compare")) continue;
     std::array<char, 400> line{};
     std::snprintf(line.data(), line.size(), "  %-22s (%s) %s; %s\n", option.name, option.standard,
                   option.meaning, option.allowed);

@@ -177,8 +177,8 @@ void read_strategy(Reader& reader, Scene& scene) {
 
 }  // namespace
 
-const std::string& help_text() {
-  static const std::string text = format_help();
+const std::string& help_text(bool comparison) {
+  static const std::string text = format_help(comparison);
   return text;
 }
 

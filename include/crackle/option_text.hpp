@@ -20,8 +20,8 @@ struct OptionText {
 /// The option of that name; it must be one of ours.
 [[nodiscard]] const OptionText& find_option(const std::string& name);
 
-/// The text of -help.
-[[nodiscard]] std::string format_help();
+/// The text of -help, of crackle or of crackle_compare.
+[[nodiscard]] std::string format_help(bool comparison);
 
 /// "-name" or "--name", not a negative number.
 [[nodiscard]] bool looks_like_option(const std::string& word);

@@ -26,7 +26,7 @@ struct Scene {
 };
 
 /// The text of -help: name, default, allowed values and meaning of every option.
-[[nodiscard]] const std::string& help_text();
+[[nodiscard]] const std::string& help_text(bool comparison);
 
 /// Reads PETSc's options database: a scene for each value of -lattice_size, as a run of that size alone would
 /// have it, but for the name of its output. Throws InputError for a value that isn't allowed, or a word on the

@@ -10,7 +10,7 @@ namespace crackle {
 namespace {
 
 TEST(OptionText, HelpTellsOfEveryOptionOnce) {
-  const std::string help = format_help();
+  const std::string help = format_help(false);
   for (const char* name :
        {"-model", "-lattice", "-lattice_size", "-lattice_row_spacing", "-lattice_file", "-grips", "-break_on",
         "-disorder", "-samples", "-first_sample", "-seed", "-stop", "-equilibrium", "-output", "-resume",
