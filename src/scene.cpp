@@ -29,7 +29,7 @@ StiffnessOptions read_stiffness(Reader& reader) {
     throw InputError("-lattice_dilution", reader.text("-lattice_dilution"),
                      find_option("-lattice_dilution").allowed);
   }
-  options.seed = reader.number("-seed", std::uint64_t{0});
+  options.seed = reader.listed_number("-seed", std::uint64_t{0});
   return options;
 }
 
@@ -71,7 +71,7 @@ DisorderOptions read_disorder(Reader& reader, bool network_from_file) {
     throw InputError("-disorder_zero_share", reader.text("-disorder_zero_share"),
                      find_option("-disorder_zero_share").allowed);
   }
-  options.seed = reader.number("-seed", std::uint64_t{0});
+  options.seed = reader.listed_number("-seed", std::uint64_t{0});
   return options;
 }
 

@@ -20,6 +20,7 @@ VALUES = [
     ("-lattice_size", ["4,0", "4,,5", "4,", ",4", "4,4"], "-lattice_size"),
     ("-lattice_size 4,5 -samples", ["1,2,3", "1,", "1,x", "2,0"], "from 1"),
     ("-lattice_size 4,5 -first_sample", ["1,2,3", "1,-1"], "from 0"),
+    ("-lattice_size 4,5 -seed", ["1,2,3", "1,-1", "1,"], "from 0"),
     ("-ensemble_ranks_per_sample", ["0", "-1", "2", "1.5", "x"], "number of processes"),
     ("-checkpoint_every", ["-1", "x", "nan"], "seconds"),
     ("-checkpoint_breaks", ["-1", "1.5", "x"], "an integer from 0"),

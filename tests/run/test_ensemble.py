@@ -45,11 +45,11 @@ def test_report_sums_all_processes(tmp_path):
 # ---- several sizes
 
 def test_each_size_is_written_as_alone(tmp_path):
-    succeed(tmp_path, "-lattice_size 4,10,7 -samples 20,3,8 -first_sample 0,5,1 -monitor none "
+    succeed(tmp_path, "-lattice_size 4,10,7 -samples 20,3,8 -first_sample 0,5,1 -seed 3,2,9 -monitor none "
                       "-output paper.h5", ranks=2)
     assert sorted(contents(tmp_path)) == ["paper_10.h5", "paper_4.h5", "paper_7.h5"]
-    for size, samples, first in ((4, 20, 0), (10, 3, 5), (7, 8, 1)):
-        alone = break_samples(tmp_path, f"-lattice_size {size} -samples {samples} -first_sample {first}",
+    for size, samples, first, seed in ((4, 20, 0, 3), (10, 3, 5, 2), (7, 8, 1, 9)):
+        alone = break_samples(tmp_path, f"-lattice_size {size} -samples {samples} -first_sample {first} -seed {seed}",
                               f"alone_{size}.h5")
         assert_same(datasets(tmp_path / f"paper_{size}.h5"), alone)
         ours, theirs = options_of(tmp_path / f"paper_{size}.h5"), options_of(tmp_path / f"alone_{size}.h5")
