@@ -17,7 +17,7 @@ struct Circulant {
 };
 
 Circulant& data(PC pc) {
-  return *static_cast<Circulant*>(pc->data);
+  return pc_data<Circulant>(pc);
 }
 
 PetscErrorCode set_up(PC pc) {
@@ -37,19 +37,8 @@ PetscErrorCode view(PC /*pc*/, PetscViewer viewer) {
                                 "  inverse of the intact lattice: FFT along x, block tridiagonal along y\n");
 }
 
-PetscErrorCode destroy(PC pc) {
-  delete static_cast<Circulant*>(pc->data);  // NOLINT(*-owning-memory): PETSc hands it back
-  pc->data = nullptr;
-  return 0;
-}
-
 PetscErrorCode create(PC pc) {
-  pc->data = new Circulant;  // NOLINT(*-owning-memory): PETSc keeps it
-  pc->ops->setup = set_up;
-  pc->ops->apply = apply;
-  pc->ops->applytranspose = apply;
-  pc->ops->view = view;
-  pc->ops->destroy = destroy;
+  pc_create<Circulant>(pc, set_up, apply, view);
   return 0;
 }
 
@@ -60,9 +49,7 @@ PetscErrorCode register_pc_circulant() {
 }
 
 bool is_pc_circulant(PC pc) {
-  PetscBool same = PETSC_FALSE;
-  petsc::check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), kType, &same));
-  return same == PETSC_TRUE;
+  return pc_has_type(pc, kType);
 }
 
 void pc_circulant_set_network(PC pc, const Network& network) {

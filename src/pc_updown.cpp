@@ -1,9 +1,7 @@
 #include "crackle/pc_updown.hpp"
 
-#include <memory>
 #include <vector>
 
-#include "crackle/matrix_rows.hpp"
 #include "crackle/pc_shell.hpp"
 
 namespace crackle {
@@ -12,46 +10,30 @@ namespace {
 
 constexpr const char* kType = "updown";
 
-struct Updown {
-  std::unique_ptr<CholmodFactor> factor;
+struct Updown : MatrixFactor {
   std::vector<RankOne> queue;           ///< breaks that K has and the factor has not
   PetscInt rank = 1;                    ///< how many of them start a downdate
   PetscBool both_sweeps = PETSC_FALSE;  ///< also where the forward sweep would find nothing but zeros
-  PetscObjectState state = -1;          ///< of K, when factor and queue matched it
-  bool definite = false;                ///< the factor can be used
   PcUpdownCounts counts;
 };
 
 Updown& data(PC pc) {
-  return *static_cast<Updown*>(pc->data);
-}
-
-void note_state(PC pc) {
-  petsc::check(PetscObjectStateGet(reinterpret_cast<PetscObject>(pc->pmat), &data(pc).state));
+  return pc_data<Updown>(pc);
 }
 
 void factor_now(PC pc) {
   Updown& updown = data(pc);
-  const MatrixRows view(pc->pmat);
-  if (updown.factor == nullptr) {
-    PetscInt block_size = 1;
-    petsc::check(MatGetBlockSize(pc->pmat, &block_size));
-    updown.factor = std::make_unique<CholmodFactor>(view.rows(), block_size);
-  }
-  updown.definite = updown.factor->factor(view.rows());
+  updown.make(pc);
   updown.queue.clear();
   ++updown.counts.factorizations;
   updown.counts.null_pivots = static_cast<std::int64_t>(updown.factor->pinned().size());
   updown.counts.entries = updown.factor->entries();
-  note_state(pc);
 }
 
 PetscErrorCode set_up(PC pc) {
   return guarded(pc, kType, [pc] {
-    PetscObjectState state = 0;
-    petsc::check(PetscObjectStateGet(reinterpret_cast<PetscObject>(pc->pmat), &state));
-    if (state != data(pc).state) factor_now(pc);
-    pc->failedreason = data(pc).definite ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT;
+    if (!data(pc).is_current(pc)) factor_now(pc);
+    pc->failedreason = data(pc).failure();
   });
 }
 
@@ -90,26 +72,14 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
 }
 
 PetscErrorCode reset(PC pc) {
-  data(pc).factor.reset();
-  data(pc).state = -1;
-  return 0;
-}
-
-PetscErrorCode destroy(PC pc) {
-  delete static_cast<Updown*>(pc->data);  // NOLINT(*-owning-memory): PETSc hands it back
-  pc->data = nullptr;
+  data(pc).forget();
   return 0;
 }
 
 PetscErrorCode create(PC pc) {
-  pc->data = new Updown;  // NOLINT(*-owning-memory): PETSc keeps it
-  pc->ops->setup = set_up;
-  pc->ops->apply = apply;
-  pc->ops->applytranspose = apply;
+  pc_create<Updown>(pc, set_up, apply, view);
   pc->ops->setfromoptions = set_from_options;
-  pc->ops->view = view;
   pc->ops->reset = reset;
-  pc->ops->destroy = destroy;
   return 0;
 }
 
@@ -120,9 +90,7 @@ PetscErrorCode register_pc_updown() {
 }
 
 bool is_pc_updown(PC pc) {
-  PetscBool same = PETSC_FALSE;
-  petsc::check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), kType, &same));
-  return same == PETSC_TRUE;
+  return pc_has_type(pc, kType);
 }
 
 int pc_updown_rank(PC pc) {
@@ -131,7 +99,7 @@ int pc_updown_rank(PC pc) {
 
 double pc_updown_remove(PC pc, const RankOne& w) {
   Updown& updown = data(pc);
-  note_state(pc);
+  updown.note_state(pc);
   updown.queue.push_back(w);
   if (std::ssize(updown.queue) < updown.rank) return 1;
   const double slack = updown.factor->downdate(updown.queue);
@@ -155,7 +123,7 @@ bool pc_updown_restore(PC pc) {
   updown.queue.clear();
   updown.definite = updown.factor != nullptr && updown.factor->restore();
   if (updown.definite) {
-    note_state(pc);
+    updown.note_state(pc);
   } else {
     updown.state = -1;
   }

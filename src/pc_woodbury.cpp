@@ -1,11 +1,9 @@
 #include "crackle/pc_woodbury.hpp"
 
 #include <algorithm>
-#include <memory>
 #include <vector>
 
 #include "crackle/capacitance.hpp"
-#include "crackle/matrix_rows.hpp"
 #include "crackle/pc_shell.hpp"
 
 namespace crackle {
@@ -15,50 +13,38 @@ namespace {
 constexpr const char* kType = "woodbury";
 constexpr int kDefaultRank = 500;
 
-struct Woodbury {
-  std::unique_ptr<CholmodFactor> factor;
+struct Woodbury : MatrixFactor {
   std::vector<RankOne> removed;  ///< since the factor was made
   Capacitance capacitance;
   PetscInt rank = kDefaultRank;
-  PetscObjectState state = -1;  ///< of K, when factor and removed bonds matched it
-  bool definite = false;        ///< the factor can be used
-  bool kept = false;            ///< the intact factor is to be had again
-  bool intact = false;          ///< the factor is the one kept
-  bool copied = false;          ///< it has a copy
+  bool kept = false;    ///< the intact factor is to be had again
+  bool intact = false;  ///< the factor is the one kept
+  bool copied = false;  ///< it has a copy
   std::vector<double> load, solution, share;
   PcWoodburyCounts counts;
 };
 
 Woodbury& data(PC pc) {
-  return *static_cast<Woodbury*>(pc->data);
-}
-
-void note_state(PC pc) {
-  petsc::check(PetscObjectStateGet(reinterpret_cast<PetscObject>(pc->pmat), &data(pc).state));
+  return pc_data<Woodbury>(pc);
 }
 
 void factor_now(PC pc) {
   Woodbury& woodbury = data(pc);
-  const MatrixRows view(pc->pmat);
-  if (woodbury.factor == nullptr) {
-    PetscInt block_size = 1;
-    petsc::check(MatGetBlockSize(pc->pmat, &block_size));
-    woodbury.factor = std::make_unique<CholmodFactor>(view.rows(), block_size);
-    woodbury.load.resize(static_cast<std::size_t>(view.rows().n));
-    woodbury.solution.resize(woodbury.load.size());
-  }
   if (woodbury.kept && woodbury.intact && !woodbury.copied) {
     woodbury.factor->keep();
     woodbury.copied = true;
   }
   woodbury.intact = false;
-  woodbury.definite = woodbury.factor->factor(view.rows());
+  woodbury.make(pc);
+  PetscInt unknowns = 0;
+  petsc::check(MatGetSize(pc->pmat, &unknowns, nullptr));
+  woodbury.load.resize(static_cast<std::size_t>(unknowns));
+  woodbury.solution.resize(woodbury.load.size());
   woodbury.removed.clear();
   woodbury.capacitance.clear();
   ++woodbury.counts.factorizations;
   woodbury.counts.null_pivots = static_cast<std::int64_t>(woodbury.factor->pinned().size());
   woodbury.counts.entries = woodbury.factor->entries();
-  note_state(pc);
 }
 
 double dot(const RankOne& w, std::span<const double> x) {
@@ -87,10 +73,8 @@ void solve(Woodbury& woodbury, std::span<const double> b, std::span<double> x) {
 
 PetscErrorCode set_up(PC pc) {
   return guarded(pc, kType, [pc] {
-    PetscObjectState state = 0;
-    petsc::check(PetscObjectStateGet(reinterpret_cast<PetscObject>(pc->pmat), &state));
-    if (state != data(pc).state) factor_now(pc);
-    pc->failedreason = data(pc).definite ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT;
+    if (!data(pc).is_current(pc)) factor_now(pc);
+    pc->failedreason = data(pc).failure();
   });
 }
 
@@ -117,26 +101,15 @@ PetscErrorCode view(PC pc, PetscViewer viewer) {
 }
 
 PetscErrorCode reset(PC pc) {
-  data(pc).factor.reset();
-  data(pc).state = -1;
-  return 0;
-}
-
-PetscErrorCode destroy(PC pc) {
-  delete static_cast<Woodbury*>(pc->data);  // NOLINT(*-owning-memory): PETSc hands it back
-  pc->data = nullptr;
+  data(pc).forget();
+  data(pc).kept = data(pc).intact = data(pc).copied = false;
   return 0;
 }
 
 PetscErrorCode create(PC pc) {
-  pc->data = new Woodbury;  // NOLINT(*-owning-memory): PETSc keeps it
-  pc->ops->setup = set_up;
-  pc->ops->apply = apply;
-  pc->ops->applytranspose = apply;
+  pc_create<Woodbury>(pc, set_up, apply, view);
   pc->ops->setfromoptions = set_from_options;
-  pc->ops->view = view;
   pc->ops->reset = reset;
-  pc->ops->destroy = destroy;
   return 0;
 }
 
@@ -147,9 +120,7 @@ PetscErrorCode register_pc_woodbury() {
 }
 
 bool is_pc_woodbury(PC pc) {
-  PetscBool same = PETSC_FALSE;
-  petsc::check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), kType, &same));
-  return same == PETSC_TRUE;
+  return pc_has_type(pc, kType);
 }
 
 double pc_woodbury_remove(PC pc, const RankOne& w) {
@@ -161,7 +132,7 @@ double pc_woodbury_remove(PC pc, const RankOne& w) {
   for (const RankOne& earlier : woodbury.removed) woodbury.share.push_back(-dot(earlier, woodbury.solution));
   const double slack = woodbury.capacitance.grow(woodbury.share, 1 - dot(w, woodbury.solution));
   if (slack > 0) woodbury.removed.push_back(w);
-  note_state(pc);
+  woodbury.note_state(pc);
   if (std::ssize(woodbury.removed) >= woodbury.rank) factor_now(pc);
   return slack;
 }
@@ -182,7 +153,7 @@ bool pc_woodbury_restore(PC pc) {
   if (!woodbury.intact && woodbury.copied) woodbury.intact = woodbury.factor->restore();
   woodbury.definite = woodbury.intact;
   if (woodbury.intact) {
-    note_state(pc);
+    woodbury.note_state(pc);
   } else {
     woodbury.state = -1;
   }
