@@ -46,6 +46,19 @@ inline Network inclined_chain(Grips grips, double x = 0.5) {
       Model::spring, grips, {});
 }
 
+/// The triangular lattice of size 5 in which node 14 hangs on one bond, or on none.
+inline Network with_node_hanging(bool hanging) {
+  const Lattice lattice = triangular_lattice(5, 1);
+  std::vector<double> stiffness(lattice.bond.size(), 1.0);
+  bool first = hanging;
+  for (BondId e = 0; e < lattice.bonds(); ++e) {
+    if (lattice.bond[e][0] != 14 && lattice.bond[e][1] != 14) continue;
+    stiffness[e] = first ? 1 : 0;
+    first = false;
+  }
+  return make_network(lattice, Model::spring, Grips::sliding, stiffness);
+}
+
 /// A network and what to call it when something fails.
 struct NamedNetwork {
   std::string name;

@@ -156,22 +156,9 @@ TEST(TreeFactor, RestoresBitForBit) {
   }
 }
 
-/// The triangular lattice of size 5 in which node 14 hangs on one bond, or on none.
-Network with_node_hanging(bool hanging) {
-  const Lattice lattice = triangular_lattice(5, 1);
-  std::vector<double> stiffness(lattice.bond.size(), 1.0);
-  bool first = hanging;
-  for (BondId e = 0; e < lattice.bonds(); ++e) {
-    if (lattice.bond[e][0] != 14 && lattice.bond[e][1] != 14) continue;
-    stiffness[e] = first ? 1 : 0;
-    first = false;
-  }
-  return make_network(lattice, Model::spring, Grips::sliding, stiffness);
-}
-
 TEST(TreeFactor, PinsFloppyUnknownsAndChangesNoForce) {
-  const Network floppy = with_node_hanging(true);
-  const Network rigid = with_node_hanging(false);
+  const Network floppy = test::with_node_hanging(true);
+  const Network rigid = test::with_node_hanging(false);
   for (const Dissection how : {Dissection::coordinates, Dissection::metis}) {
     Factors made(floppy, true, how);
     EXPECT_EQ(made.factor.null_pivots(), 1);

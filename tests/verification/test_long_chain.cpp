@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "crackle/disorder.hpp"
+#include "support/break_record.hpp"
 #include "verification.hpp"
 
 namespace crackle::verification {
@@ -35,9 +35,7 @@ TEST(LongChain, ForcesAfterAllDowndatesOfSize128) {
   const Network network = triangular({Model::spring, Grips::sliding, BreakOn::magnitude, 128});
   PhaseTimes times;
   const auto equilibrium = start(kUpdown, network, BreakOn::magnitude, times);
-  std::vector<double> threshold(network.lattice.bond.size());
-  draw_uniform_thresholds(1, 0, threshold);
-  equilibrium->reset(threshold);
+  equilibrium->reset(test::uniform_thresholds(network, 0));
   std::vector<double> u;
   std::vector<std::uint8_t> broken;
   Critical next;
@@ -64,9 +62,7 @@ TEST(LongChain, TreeAtEvery500thBreakOfSize128) {
   const Network network = triangular({Model::spring, Grips::sliding, BreakOn::magnitude, 128});
   PhaseTimes times;
   const auto equilibrium = start(kTree, network, BreakOn::magnitude, times);
-  std::vector<double> threshold(network.lattice.bond.size());
-  draw_uniform_thresholds(1, 0, threshold);
-  equilibrium->reset(threshold);
+  equilibrium->reset(test::uniform_thresholds(network, 0));
   std::vector<double> workspace(static_cast<std::size_t>(network.unknowns));
   Critical next;
   int checked = 0;
