@@ -34,7 +34,7 @@ void compare_strategies() {
                                      crackle::make_thresholds(scene, intact)};
 
   // 3. whether all of it can be, before time is spent
-  crackle::check_compare_output(options);
+  crackle::CompareFile file(options);
   crackle::try_strategies(sample, choices);
 
   // 4. the reference breaks the sample
@@ -44,7 +44,7 @@ void compare_strategies() {
   const auto runs = crackle::run_strategies(sample, options, reference, choices);
 
   // 6. what came out
-  crackle::write_comparison(options.path, header, reference, runs);
+  file.write(header, reference, runs);
   std::printf("%swritten: %s\n", crackle::format_comparison(reference, runs, options).c_str(),
               options.path.c_str());
 }

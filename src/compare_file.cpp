@@ -6,6 +6,7 @@
 #include <ctime>
 #include <filesystem>
 
+#include "crackle/durable_file.hpp"
 #include "crackle/error.hpp"
 #include "crackle/hdf5_handle.hpp"
 #include "crackle/scene.hpp"
@@ -14,10 +15,6 @@
 namespace crackle {
 
 namespace {
-
-std::string part_of(const std::string& path) {
-  return path + ".part";
-}
 
 void write_head(hid_t file, const std::string& options_text) {
   hdf5::write_attribute(file, "kind", std::string("comparison"));
@@ -80,20 +77,21 @@ void write_strategy(hid_t where, const std::string& name, const StrategyRun& run
 
 }  // namespace
 
-void check_compare_output(const CompareOptions& options) {
-  if (std::filesystem::exists(options.path) && !options.overwrite) {
+CompareFile::CompareFile(const CompareOptions& options) : path_(follow_links(options.path)) {
+  check_writable(path_);
+  const bool there = std::filesystem::exists(path_) || std::filesystem::exists(shard_folder(path_));
+  if (there && !options.overwrite) {
     throw InputError("-output", options.path + " (which exists)", "another path, or -overwrite");
   }
-  { const hdf5::Handle trial = hdf5::create_file(part_of(options.path)); }
-  std::filesystem::remove(part_of(options.path));
+  lock_.take(path_);
 }
 
-void write_comparison(const std::string& path, const std::string& options_text, const ReferenceRun& reference,
-                      std::span<const StrategyRun> runs) {
+void CompareFile::write(const std::string& options_text, const ReferenceRun& reference,
+                        std::span<const StrategyRun> runs) {
+  hdf5::NewFile file;
+  write_head(file, options_text);
+  write_reference(file, reference);
   {
-    const hdf5::Handle file = hdf5::create_file(part_of(path));
-    write_head(file, options_text);
-    write_reference(file, reference);
     const hdf5::Handle group = hdf5::create_group(file, "strategies");
     for (std::size_t i = 0; i < runs.size(); ++i) {
       std::array<char, 8> name{};
@@ -101,7 +99,8 @@ void write_comparison(const std::string& path, const std::string& options_text, 
       write_strategy(group, name.data(), runs[i], reference);
     }
   }
-  std::filesystem::rename(part_of(path), path);
+  write_durably(path_, temporary_of(path_), file.finish());
+  lock_.clear();
 }
 
 }  // namespace crackle

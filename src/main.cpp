@@ -10,6 +10,7 @@
 #include <deque>
 #include <exception>
 
+#include "crackle/durable_file.hpp"
 #include "crackle/ensemble.hpp"
 #include "crackle/equilibrium_tree.hpp"
 #include "crackle/error.hpp"
@@ -39,6 +40,7 @@ std::deque<Study> make_studies(std::vector<crackle::Scene> scenes, const crackle
     Study& study = studies.emplace_back(std::move(scene));
     study.scene.equilibrium.ranks = &ranks;
     study.scene.output.writers = ranks.groups();
+    study.scene.output.path = crackle::follow_links(study.scene.output.path);
     study.intact = crackle::load_network(study.scene.network);
     study.header = crackle::make_header(study.scene, study.intact);
   }

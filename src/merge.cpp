@@ -4,7 +4,6 @@
 
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,10 +48,6 @@ Request read_request(std::span<char*> words) {
   if (request.help) return request;
   if (request.runs.empty()) throw crackle::InputError("no run file", "", "one or more, and -output FILE");
   if (request.output.empty()) throw crackle::InputError("-output", "not given", "the path of a file");
-  if (std::filesystem::exists(request.output) && !request.overwrite) {
-    throw crackle::InputError("-output", request.output,
-                              "a file that doesn't exist yet; -overwrite replaces it");
-  }
   return request;
 }
 
@@ -65,7 +60,7 @@ int main(int argc, char** argv) {
       std::fputs(kHelp, stdout);
       return 0;
     }
-    const std::size_t samples = crackle::merge_runs(request.runs, request.output);
+    const std::size_t samples = crackle::merge_runs(request.runs, request.output, request.overwrite);
     std::printf("written: %s, %zu samples\n", request.output.c_str(), samples);
     return 0;
   } catch (const std::exception& error) {

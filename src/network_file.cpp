@@ -46,7 +46,7 @@ Model read_model(hid_t group) {
 
 NetworkFile read_group(hid_t file) {
   if (!hdf5::exists(file, "network")) throw InputError("group /network", "", "present in the file");
-  const hdf5::Handle group(H5Oopen(file, "network", H5P_DEFAULT));
+  const hdf5::Handle group = hdf5::open_group(file, "network");
   NetworkFile result;
   result.model = read_model(group);
   std::vector<Grip> grips;

@@ -6,13 +6,16 @@
 #include <sstream>
 #include <utility>
 
+#include "crackle/durable_file.hpp"
 #include "crackle/error.hpp"
-#include "crackle/hdf5_handle.hpp"
 #include "crackle/option_text.hpp"
+#include "crackle/output_lock.hpp"
 #include "crackle/run_records.hpp"
 #include "crackle/shards.hpp"
 
 namespace crackle {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -46,19 +49,21 @@ bool same(const SampleRecord& a, const SampleRecord& b) {
 
 /// The output of a run, and its shards.
 std::vector<std::string> files_of(const std::string& run) {
-  std::vector<std::string> files = shard_paths(run);
-  if (files.empty() || std::filesystem::exists(run)) files.insert(files.begin(), run);
+  const std::string place = follow_links(run);
+  std::vector<std::string> files = shard_paths(place);
+  if (files.empty() || fs::exists(place)) files.insert(files.begin(), place);
   return files;
 }
 
 void check_one_scene(const std::string& first, const std::string& other) {
-  const std::string differing = differing_options(read_options_text(other), read_options_text(first));
+  const RunHeader ours = read_header(first);
+  const RunHeader theirs = read_header(other);
+  const std::string differing = differing_options(theirs.options, ours.options);
   if (!differing.empty()) {
     throw InputError(other + " has " + differing, "",
                      "runs that differ in their samples alone (" + first + ")");
   }
-  if (read_checksum(first) != read_checksum(other))
-    throw InputError("the network of " + other, "", "that of " + first);
+  if (ours.checksum != theirs.checksum) throw InputError("the network of " + other, "", "that of " + first);
 }
 
 /// The options of a run that has these samples.
@@ -76,15 +81,45 @@ std::string options_for(const std::string& text, std::int64_t first, std::int64_
   return result;
 }
 
-/// The group /network, without thresholds when they would be those of one sample among many.
-void copy_network(const std::string& from, const std::string& to, bool with_thresholds) {
-  const hdf5::Handle source = hdf5::open_file(from);
-  hdf5::Handle target(H5Fopen(to.c_str(), H5F_ACC_RDWR, H5P_DEFAULT));
-  if (target < 0 || H5Ocopy(source, "network", target, "network", H5P_DEFAULT, H5P_DEFAULT) < 0)
-    throw std::runtime_error("HDF5 could not copy /network");
-  const char* const threshold = "network/bonds/threshold";
-  if (!with_thresholds && hdf5::exists(target, threshold)) H5Ldelete(target, threshold, H5P_DEFAULT);
-  hdf5::close_written(std::move(target), to);
+void check_output(const std::string& output, bool overwrite) {
+  check_writable(output);
+  if (overwrite || !(fs::exists(output) || fs::exists(shard_folder(output)))) return;
+  throw InputError("-output", output, "a file that doesn't exist yet; -overwrite replaces it");
+}
+
+std::vector<std::string> list_files(std::span<const std::string> runs) {
+  std::vector<std::string> files;
+  for (const std::string& run : runs) {
+    for (std::string& file : files_of(run)) files.push_back(std::move(file));
+  }
+  return files;
+}
+
+Bytes merge_files(std::span<const std::string> files, const std::string& output, std::size_t& samples) {
+  for (const std::string& file : files) check_one_scene(files.front(), file);
+  const std::vector<SampleRecord> records = gather_samples(files, true);
+  samples = records.size();
+  const std::int64_t first = records.empty() ? 0 : records.front().summary.index;
+  const std::int64_t end = records.empty() ? 0 : records.back().summary.index + 1;
+  RunHeader header = read_header(files.front());
+  header.options = options_for(header.options, first, end, output);
+  const RecordOptions parts = read_parts(files.front());
+  return parts.network ? format_run(header, parts, records, files.front())
+                       : format_run(header, parts, records);
+}
+
+/// A run that goes on may put its shards together while they are read: what is there then is read anew.
+Bytes merge(std::vector<std::string> files, std::span<const std::string> runs, const std::string& output,
+            std::size_t& samples) {
+  while (true) {
+    try {
+      return merge_files(files, output, samples);
+    } catch (const InputError&) {
+      std::vector<std::string> now = list_files(runs);
+      if (now == files) throw;
+      files = std::move(now);
+    }
+  }
 }
 
 }  // namespace
@@ -110,31 +145,15 @@ std::vector<SampleRecord> gather_samples(std::span<const std::string> paths, boo
   return records;
 }
 
-std::size_t merge_runs(std::span<const std::string> runs, const std::string& output) {
-  std::vector<std::string> files;
-  for (const std::string& run : runs) {
-    for (std::string& file : files_of(run)) files.push_back(std::move(file));
-  }
-  for (const std::string& file : files) check_one_scene(files.front(), file);
-  const std::vector<SampleRecord> records = gather_samples(files, true);
-  const std::int64_t first = records.empty() ? 0 : records.front().summary.index;
-  const std::int64_t end = records.empty() ? 0 : records.back().summary.index + 1;
-  RunHeader header{.options = options_for(read_options_text(files.front()), first, end, output),
-                   .checksum = read_checksum(files.front())};
-  RecordOptions record;
-  bool network = false;
-  {
-    const hdf5::Handle file = hdf5::open_file(files.front());
-    record = {.breaks = hdf5::exists(file, "breaks"),
-              .profile = hdf5::exists(file, "profile"),
-              .snapshot = hdf5::exists(file, "snapshots")};
-    network = hdf5::exists(file, "network");
-  }
-  write_atomically(output, [&](const std::string& name) {
-    write_run(name, header, record, records);
-    if (network) copy_network(files.front(), name, records.size() <= 1);
-  });
-  return records.size();
+std::size_t merge_runs(std::span<const std::string> runs, const std::string& output, bool overwrite) {
+  const std::string place = follow_links(output);
+  check_output(place, overwrite);
+  OutputLock lock;
+  lock.take(place);
+  std::size_t samples = 0;
+  write_durably(place, temporary_of(place), merge(list_files(runs), runs, output, samples));
+  lock.clear();
+  return samples;
 }
 
 }  // namespace crackle

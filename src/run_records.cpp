@@ -1,11 +1,14 @@
 #include "crackle/run_records.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <ctime>
+#include <unordered_map>
 
 #include "crackle/error.hpp"
 #include "crackle/hdf5_handle.hpp"
 #include "crackle/network_file.hpp"
+#include "crackle/record_check.hpp"
 #include "crackle/version.hpp"
 
 namespace crackle {
@@ -140,14 +143,74 @@ void read_snapshots(hid_t file, std::vector<SampleRecord>& records) {
     const std::ptrdiff_t width = std::ssize(values) / count;
     return std::vector<double>(values.begin() + i * width, values.begin() + (i + 1) * width);
   };
+  std::unordered_map<std::int64_t, SampleRecord*> owner;
+  for (SampleRecord& record : records) owner[record.summary.index] = &record;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const auto owner = std::ranges::find(records, sample[i], [](const auto& r) { return r.summary.index; });
-    if (owner == records.end()) throw InputError("dataset /snapshots/sample", "", "samples of the file");
-    owner->snapshots.push_back({number[i], part(displacement, i), part(force, i)});
+    const auto found = owner.find(sample[i]);
+    if (found == owner.end()) throw InputError("dataset /snapshots/sample", "", "samples of the file");
+    found->second->snapshots.push_back({number[i], part(displacement, i), part(force, i)});
   }
 }
 
+/// The numbers of a list with commas between; none where there is no list.
+std::vector<std::int32_t> numbers_of(const std::string& list) {
+  std::vector<std::int32_t> numbers;
+  const char* at = list.data();
+  const char* const end = at + list.size();
+  for (std::int32_t number = 0; at < end;) {
+    const auto [stop, error] = std::from_chars(at, end, number);
+    if (error != std::errc{}) return {};
+    numbers.push_back(number);
+    at = stop + 1;
+  }
+  return numbers;
+}
+
+void check_schema(hid_t file) {
+  const double version = hdf5::read_number(file, "schema_version");
+  if (version == kSchemaVersion) return;
+  throw InputError("schema_version", std::to_string(static_cast<std::int64_t>(version)),
+                   std::to_string(kSchemaVersion) + ", that of crackle " + kVersion);
+}
+
+RunHeader read_head(hid_t file) {
+  check_schema(file);
+  RunHeader header;
+  header.options = hdf5::read_text(file, "options");
+  if (hdf5::has_attribute(file, "network_checksum")) {
+    header.checksum = hdf5::read_text(file, "network_checksum");
+  }
+  if (hdf5::has_attribute(file, "bonds")) {
+    header.bonds = static_cast<BondId>(std::clamp(hdf5::read_number(file, "bonds"), 0.0, 0x1p31 - 1));
+  }
+  return header;
+}
+
+RecordOptions find_parts(hid_t file) {
+  return {.breaks = hdf5::exists(file, "breaks"),
+          .profile = hdf5::exists(file, "profile"),
+          .snapshot = hdf5::exists(file, "snapshots"),
+          .network = hdf5::exists(file, "network")};
+}
+
+/// The parts of a file, which must be those at least that its options ask for.
+RecordFacts find_facts(hid_t file) {
+  const RunHeader header = read_head(file);
+  RecordFacts facts{.bonds = header.bonds, .record = find_parts(file)};
+  const std::string asked = "," + option_value(header.options, "-record") + ",";
+  for (const auto& [word, group, there] : {std::tuple{",breaks,", "/breaks", facts.record.breaks},
+                                           {",profile,", "/profile", facts.record.profile},
+                                           {",snapshot,", "/snapshots", facts.record.snapshot}}) {
+    if (asked.find(word) != std::string::npos && !there) {
+      throw InputError(std::string("group ") + group, "", "present: -record asks for it");
+    }
+  }
+  facts.record.snapshot_at = numbers_of(option_value(header.options, "-record_snapshot_at"));
+  return facts;
+}
+
 std::vector<SampleRecord> read_file(hid_t file) {
+  const RecordFacts facts = find_facts(file);
   const auto index = hdf5::read<std::int64_t>(file, "samples/index");
   std::vector<SampleRecord> records(index.size());
   const auto fill = [&](const std::string& name, auto SampleSummary::*field) {
@@ -163,33 +226,27 @@ std::vector<SampleRecord> read_file(hid_t file) {
   fill("wall_time", &SampleSummary::wall_time);
   fill("n_p", &SampleSummary::n_p);
   fill("n_f", &SampleSummary::n_f);
-  if (hdf5::exists(file, "breaks")) read_breaks(file, records);
-  if (hdf5::exists(file, "profile")) read_profiles(file, records);
-  if (hdf5::exists(file, "snapshots")) read_snapshots(file, records);
+  if (facts.record.breaks) read_breaks(file, records);
+  if (facts.record.profile) read_profiles(file, records);
+  if (facts.record.snapshot) read_snapshots(file, records);
+  check_records(records, facts);
   return records;
 }
 
-}  // namespace
-
-void write_run(const std::string& path, const RunHeader& header, const RecordOptions& record,
-               std::span<const SampleRecord> records) {
-  hdf5::Handle file = hdf5::create_file(path);
+void write_head(hid_t file, const RunHeader& header) {
   hdf5::write_attribute(file, "schema_version", kSchemaVersion);
   hdf5::write_attribute(file, "code_version", std::string(kVersion));
   hdf5::write_attribute(file, "options", header.options);
   hdf5::write_attribute(file, "created", now());
+  if (header.bonds > 0) hdf5::write_attribute(file, "bonds", header.bonds);
   if (!header.checksum.empty()) hdf5::write_attribute(file, "network_checksum", header.checksum);
+}
+
+void write_parts(hid_t file, const RecordOptions& record, std::span<const SampleRecord> records) {
   write_samples(file, record, records);
   if (record.profile) write_profiles(file, records);
   if (record.snapshot) write_snapshots(file, records);
-  // thresholds belong to one sample
-  const std::span<const double> threshold = header.threshold;
-  if (record.network)
-    write_network(file, *header.network, threshold.first(records.size() <= 1 ? threshold.size() : 0));
-  hdf5::close_written(std::move(file), path);
 }
-
-namespace {
 
 /// read(file), its complaints with the file's name.
 template <class Read>
@@ -202,20 +259,59 @@ auto read_from(const std::string& path, Read read) {
   }
 }
 
+/// Thresholds belong to one sample.
+void copy_network(hid_t from, hid_t to, bool with_thresholds) {
+  hdf5::checked(H5Ocopy(from, "network", to, "network", H5P_DEFAULT, H5P_DEFAULT), "copy /network");
+  const char* const threshold = "network/bonds/threshold";
+  if (!with_thresholds && hdf5::exists(to, threshold)) {
+    hdf5::checked(H5Ldelete(to, threshold, H5P_DEFAULT), "leave out thresholds");
+  }
+}
+
 }  // namespace
+
+Bytes format_run(const RunHeader& header, const RecordOptions& record,
+                 std::span<const SampleRecord> records) {
+  hdf5::NewFile file;
+  write_head(file, header);
+  write_parts(file, record, records);
+  const std::span<const double> threshold = header.threshold;
+  if (record.network) {
+    write_network(file, *header.network, threshold.first(records.size() <= 1 ? threshold.size() : 0));
+  }
+  return file.finish();
+}
+
+Bytes format_run(const RunHeader& header, const RecordOptions& record, std::span<const SampleRecord> records,
+                 const std::string& network_from) {
+  (void)read_network_file(network_from);  // a copy alone would pass on what is damaged
+  return read_from(network_from, [&](hid_t source) {
+    hdf5::NewFile file;
+    write_head(file, header);
+    write_parts(file, record, records);
+    copy_network(source, file, records.size() <= 1);
+    return file.finish();
+  });
+}
 
 std::vector<SampleRecord> read_records(const std::string& path) {
   return read_from(path, [](hid_t file) { return read_file(file); });
 }
 
-std::string read_options_text(const std::string& path) {
-  return read_from(path, [](hid_t file) { return hdf5::read_text(file, "options"); });
+RunHeader read_header(const std::string& path) {
+  return read_from(path, [](hid_t file) { return read_head(file); });
 }
 
-std::string read_checksum(const std::string& path) {
-  return read_from(path, [](hid_t file) {
-    return H5Aexists(file, "network_checksum") > 0 ? hdf5::read_text(file, "network_checksum") : "";
-  });
+RecordOptions read_parts(const std::string& path) {
+  return read_from(path, [](hid_t file) { return find_parts(file); });
+}
+
+std::string option_value(const std::string& options, const std::string& name) {
+  const std::string text = "\n" + options;
+  const std::size_t at = text.find("\n" + name + " ");
+  if (at == std::string::npos) return "";
+  const std::size_t start = at + name.size() + 2;
+  return text.substr(start, text.find('\n', start) - start);
 }
 
 }  // namespace crackle

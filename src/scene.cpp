@@ -263,6 +263,7 @@ RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
   auto options = scene.options;
   options["-model"] = intact.network.model == Model::fuse ? "fuse" : "spring";
   header.options = format_options(options);
+  header.bonds = intact.network.bonds();
   if (scene.network.from_file) header.checksum = checksum(intact);
   if (!scene.output.record.network) return header;
   header.network = &intact.network;

@@ -1,12 +1,8 @@
 #include "crackle/shards.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <stdexcept>
 #include <utility>
 
 #include "crackle/error.hpp"
@@ -16,19 +12,6 @@ namespace crackle {
 namespace fs = std::filesystem;
 
 namespace {
-
-void sync_to_disk(const std::string& path, int flags) {
-  const int descriptor = open(path.c_str(), flags);  // NOLINT(*-vararg): POSIX
-  if (descriptor < 0) return;
-  const bool synced = fsync(descriptor) == 0;
-  close(descriptor);
-  if (!synced) throw std::runtime_error("could not sync " + path + " to disk");
-}
-
-std::string folder_of(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
-  return folder.empty() ? "." : folder.string();
-}
 
 std::vector<std::string> paths_ending(const std::string& output, const char* extension) {
   std::vector<std::string> paths;
@@ -41,11 +24,11 @@ std::vector<std::string> paths_ending(const std::string& output, const char* ext
   return paths;
 }
 
-}  // namespace
-
-std::string shard_folder(const std::string& output) {
-  return output + ".shards";
+void write_shard(const std::string& path, std::span<const std::byte> content) {
+  write_for_run(path, path + ".part", content);
 }
+
+}  // namespace
 
 std::vector<std::string> shard_paths(const std::string& output) {
   return paths_ending(output, ".h5");
@@ -59,17 +42,12 @@ std::string checkpoint_path(const std::string& output, std::int64_t sample) {
   return shard_folder(output) + "/" + std::to_string(sample) + kCheckpoint;
 }
 
-void write_atomically(const std::string& path, const std::function<void(const std::string&)>& write) {
-  const std::string temporary = path + ".part";
+void write_for_run(const std::string& path, const std::string& temporary,
+                   std::span<const std::byte> content) {
   try {
-    write(temporary);
-    sync_to_disk(temporary, O_RDONLY);
-    fs::rename(temporary, path);
-    sync_to_disk(folder_of(path), O_RDONLY | O_DIRECTORY);
-  } catch (const std::exception& error) {
-    std::remove(temporary.c_str());
-    throw std::runtime_error("could not write " + path + " (" + error.what() +
-                             "): is the disk full? What was written before is kept; -resume goes on");
+    write_durably(path, temporary, content);
+  } catch (const WriteError& error) {
+    throw WriteError(path, error.reason() + "; what was written before is kept, -resume goes on");
   }
 }
 
@@ -104,7 +82,7 @@ void ShardWriter::flush() {
   last_flush_ = std::chrono::steady_clock::now();
   if (waiting_.empty()) return;
   const std::string path = next_path();
-  write_atomically(path, [this](const std::string& name) { write_run(name, header_, record_, waiting_); });
+  write_shard(path, format_run(header_, record_, waiting_));
   for (const SampleRecord& record : waiting_)
     std::remove(checkpoint_path(output_, record.summary.index).c_str());
   waiting_.clear();
@@ -118,7 +96,7 @@ void ShardWriter::gather() {
   for (const std::string& path : own_) {
     for (SampleRecord& record : read_records(path)) records.push_back(std::move(record));
   }
-  write_atomically(next_path(), [&](const std::string& name) { write_run(name, header_, record_, records); });
+  write_shard(next_path(), format_run(header_, record_, records));
   for (const std::string& path : own_) std::remove(path.c_str());
   own_.clear();
 }
@@ -127,9 +105,7 @@ void ShardWriter::write_checkpoint(const SampleRecord& begun) const {
   RecordOptions record = record_;
   record.breaks = true;
   record.network = false;
-  write_atomically(checkpoint_path(output_, begun.summary.index), [&](const std::string& name) {
-    write_run(name, header_, record, {&begun, 1});
-  });
+  write_shard(checkpoint_path(output_, begun.summary.index), format_run(header_, record, {&begun, 1}));
 }
 
 std::optional<SampleRecord> ShardWriter::read_checkpoint(std::int64_t sample, BondId bonds) const {

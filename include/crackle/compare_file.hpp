@@ -22,16 +22,27 @@
 #include <string>
 
 #include "crackle/compare_run.hpp"
+#include "crackle/output_lock.hpp"
 
 namespace crackle {
 
-inline constexpr std::int32_t kCompareSchemaVersion = 1;
+/// 2: every dataset has a checksum.
+inline constexpr std::int32_t kCompareSchemaVersion = 2;
 
-/// Throws InputError when the file exists and may not be replaced, or can't be written. Call it first.
-void check_compare_output(const CompareOptions& options);
+/// The place of a comparison file, from before it is made until it is there.
+class CompareFile {
+ public:
+  /// Takes the output's lock; symbolic links are followed. Throws InputError when the file exists and may not be
+  /// replaced, can't be written, or is being written by another program. Make it before time is spent.
+  explicit CompareFile(const CompareOptions& options);
 
-/// Writes the whole file under another name, and renames it. options_text: "-name value" a line.
-void write_comparison(const std::string& path, const std::string& options_text, const ReferenceRun& reference,
-                      std::span<const StrategyRun> runs);
+  /// The whole file, or none: throws WriteError. options_text: "-name value" a line.
+  void write(const std::string& options_text, const ReferenceRun& reference,
+             std::span<const StrategyRun> runs);
+
+ private:
+  std::string path_;
+  OutputLock lock_;
+};
 
 }  // namespace crackle

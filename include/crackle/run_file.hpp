@@ -8,9 +8,11 @@
 
 #include <cstdint>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "crackle/output_lock.hpp"
 #include "crackle/run_records.hpp"
 #include "crackle/shards.hpp"
 
@@ -28,9 +30,10 @@ class RunFile {
  public:
   /// Throws InputError when the output can't be written, exists and neither resume nor overwrite is set, is
   /// written by another run, or holds a run (-resume) of another network file or with other options that decide
-  /// results: the message names them. What is there stays as it is until the first sample is done.
+  /// results: the message names them. What is there stays as it is until the first sample is done. Symbolic links must
+  /// have been followed (follow_links).
   RunFile(OutputOptions options, RunHeader header);
-  ~RunFile();
+  ~RunFile() = default;
   RunFile(const RunFile&) = delete;
   RunFile& operator=(const RunFile&) = delete;
 
@@ -47,23 +50,22 @@ class RunFile {
   /// Writes what waits. Called before anything that may end the run.
   void flush();
 
-  /// Merges everything into the output and returns all of its samples, ordered by index; the last call.
+  /// Merges everything into the output and returns all of its samples, ordered by index; the last call. Shards go only
+  /// when the whole output is on disk.
   std::vector<SampleSummary> finish();
 
  private:
   void resume();
-  void check_writable() const;
-  void lock();
-  void unlock();
+  void check_scene(const std::string& path) const;
+  void write_output(std::span<const SampleRecord> records) const;
   void clear_folder(const std::set<std::int64_t>& merged) const;
 
   OutputOptions options_;
   RunHeader header_;
   std::set<std::int64_t> finished_;
   ShardWriter shards_;
-  int lock_ = -1;             ///< file descriptor
-  bool lock_is_new_ = false;  ///< no killed run has left it
-  bool claimed_ = false;      ///< the output is ours
+  OutputLock lock_;
+  bool claimed_ = false;  ///< the output is ours
 };
 
 }  // namespace crackle

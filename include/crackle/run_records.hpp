@@ -1,7 +1,7 @@
 /// One file of the run file's schema, written and read whole.
 ///
 ///     /                      attributes: schema_version, code_version, options (one "-name value" a line), created;
-///                            network_checksum, of a network that came from a file
+///                            bonds, M; network_checksum, of a network that came from a file
 ///     /samples/NAME          [S] index, peak_load, peak_displacement, n_p, n_f, initial_stiffness, wall_time
 ///     /samples/break_offset  int64[S+1] where each sample's breaks start (with -record breaks, as all of /breaks)
 ///     /breaks/bond, load, stiffness       [B] int32, float64, float64
@@ -16,33 +16,43 @@
 #include <string>
 #include <vector>
 
+#include "crackle/durable_file.hpp"
 #include "crackle/network.hpp"
 #include "crackle/record.hpp"
 
 namespace crackle {
 
-inline constexpr std::int32_t kSchemaVersion = 1;
+/// 2: every dataset has a checksum.
+inline constexpr std::int32_t kSchemaVersion = 2;
 
 /// What stands at the head of a run file.
 struct RunHeader {
   std::string options;               ///< every option of the run, "-name value" a line, sorted by name
   std::string checksum;              ///< of a network from a file, which -resume compares; else empty
+  BondId bonds = 0;                  ///< M; 0: not told
   const Network* network = nullptr;  ///< for -record network; else null
   std::vector<double> threshold{};   ///< written with it; may be empty
 };
 
-/// Writes header and records, in the order given, as a new file.
-void write_run(const std::string& path, const RunHeader& header, const RecordOptions& record,
-               std::span<const SampleRecord> records);
+/// Header and records, in the order given, as the bytes of a file.
+[[nodiscard]] Bytes format_run(const RunHeader& header, const RecordOptions& record,
+                               std::span<const SampleRecord> records);
+
+/// The same with the group /network of the file `network_from`, without thresholds when records are more than one.
+[[nodiscard]] Bytes format_run(const RunHeader& header, const RecordOptions& record,
+                               std::span<const SampleRecord> records, const std::string& network_from);
 
 /// Every sample of a run file, in its order. Throws InputError, naming it, for one that is not a whole run
-/// file.
+/// file of this schema, has a part that its options don't ask for missing, or is refused by check_records.
 [[nodiscard]] std::vector<SampleRecord> read_records(const std::string& path);
 
-/// The text attribute `options` of a run file.
-[[nodiscard]] std::string read_options_text(const std::string& path);
+/// What stands at the head of a run file, but for the network. Throws InputError as read_records does.
+[[nodiscard]] RunHeader read_header(const std::string& path);
 
-/// The text attribute `network_checksum`; empty: the run file has none.
-[[nodiscard]] std::string read_checksum(const std::string& path);
+/// The parts that a run file has.
+[[nodiscard]] RecordOptions read_parts(const std::string& path);
+
+/// The value of an option in the text of RunHeader; empty: not among them.
+[[nodiscard]] std::string option_value(const std::string& options, const std::string& name);
 
 }  // namespace crackle

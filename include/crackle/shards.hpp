@@ -2,19 +2,19 @@
 ///
 ///     N.h5            finished samples, a run file (see run_records)
 ///     N.checkpoint    sample N as it was when it settled last, likewise, with its breaks
-///     lock            held by the run that writes here
+///     lock            held by the program that writes here (see output_lock)
 ///
-/// Every file is written whole under another name, synced and renamed. Each process writes shards of its own.
+/// Every file is written as durable_file does. Each process writes shards of its own.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "crackle/output_lock.hpp"
 #include "crackle/run_records.hpp"
 
 namespace crackle {
@@ -27,15 +27,13 @@ inline constexpr int kShardsTogether = 64;
 /// How the name of a checkpoint ends.
 inline constexpr const char* kCheckpoint = ".checkpoint";
 
-[[nodiscard]] std::string shard_folder(const std::string& output);
 /// The shards of a run; empty when there is no folder.
 [[nodiscard]] std::vector<std::string> shard_paths(const std::string& output);
 [[nodiscard]] std::vector<std::string> checkpoint_paths(const std::string& output);
 [[nodiscard]] std::string checkpoint_path(const std::string& output, std::int64_t sample);
 
-/// Calls write(temporary name), syncs what it wrote and gives it its name: whole and on disk, or not there.
-/// Throws std::runtime_error when it can't be, the disk is full, say.
-void write_atomically(const std::string& path, const std::function<void(const std::string&)>& write);
+/// write_durably; a WriteError says what a run can do then.
+void write_for_run(const std::string& path, const std::string& temporary, std::span<const std::byte> content);
 
 class ShardWriter {
  public:

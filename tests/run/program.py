@@ -66,6 +66,12 @@ def pause_until_samples_are_due(process):
     process.send_signal(signal.SIGCONT)
 
 
+def wait_for(condition, process):
+    while not condition():
+        assert process.poll() is None, f"the run ended too early: {process.communicate()[1]}"
+        time.sleep(0.005)
+
+
 def processes_below(pid):
     """A process and all that it has started."""
     found = [pid]

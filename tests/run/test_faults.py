@@ -1,11 +1,10 @@
 """Disks that are full, folders that go away, files that are damaged, runs in each other's way: nothing is lost."""
 import resource
 import signal
-import time
 
 import pytest
 from program import (OUTPUT, assert_same, break_samples, contents, datasets, kill, pause_until_samples_are_due, refuse,
-                     run, start, succeed)
+                     run, start, succeed, wait_for)
 
 SHARDS = OUTPUT + ".shards"
 LINE = "-lattice_size 32 -samples 60 -monitor none"
@@ -15,12 +14,6 @@ def stderr_line(result):
     said = [line for line in result.stderr.splitlines() if line.startswith("crackle: ")]
     assert len(said) == 1, result.stderr
     return said[0]
-
-
-def wait_for(condition, process):
-    while not condition():
-        assert process.poll() is None, f"the run ended too early: {process.communicate()[1]}"
-        time.sleep(0.005)
 
 
 @pytest.mark.parametrize("kilobytes", [4, 100])

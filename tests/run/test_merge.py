@@ -1,11 +1,14 @@
 """crackle_merge: runs with other samples of one scene become the run that has them all."""
 import os
+import signal
 import subprocess
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 from program import (CRACKLE, OUTPUT, assert_same, break_samples, contents, datasets, options_of,
-                     pause_until_samples_are_due, start, succeed, kill)
+                     pause_until_samples_are_due, run, start, succeed, kill, wait_for)
 
 SCENE = "-lattice_size 8 -record breaks,profile,snapshot,network -record_snapshot_at 1,4"
 
@@ -50,12 +53,13 @@ def test_samples_that_both_have_must_be_the_same(tmp_path):
     parts(tmp_path, (0, 4), (2, 4))
     assert merge(tmp_path, "0.h5", "1.h5", "-output", "all.h5").returncode == 0
     assert_same(datasets(tmp_path / "all.h5"), break_samples(tmp_path, f"{SCENE} -samples 6", "whole.h5"))
-    import h5py
-    for name in ("breaks/load", "samples/peak_load", "profile/peak", "snapshots/force"):
+    last_of_sample = datasets(tmp_path / "1.h5")["/samples/break_offset"][1] - 1  # long after the peak load
+    for name, at in (("breaks/load", last_of_sample), ("breaks/stiffness", last_of_sample),
+                     ("samples/initial_stiffness", 0), ("snapshots/displacement", 0)):
         with h5py.File(tmp_path / "1.h5", "r+") as file:
             flat = file[name][...]
             kept = flat.copy()
-            flat.ravel()[0] += 1
+            flat.ravel()[at] = np.nextafter(flat.ravel()[at], 0) + (0.5 if flat.ravel()[at] == 0 else 0)
             file[name][...] = flat
         refused(tmp_path, "0.h5", "1.h5", "-output", "new.h5", names=["sample 2", "1.h5", "0.h5"])
         with h5py.File(tmp_path / "1.h5", "r+") as file:
@@ -95,6 +99,43 @@ def test_run_that_was_killed_counts_with_what_it_has(tmp_path):
     saved = datasets(shard)
     assert merge(tmp_path, OUTPUT, "-output", "all.h5").returncode == 0
     assert_same(datasets(tmp_path / "all.h5"), saved)
+
+
+def test_output_of_a_run_that_goes_on_is_its_own(tmp_path):
+    """Not even -overwrite takes it away: its next shards would join another scene's samples."""
+    parts(tmp_path, (0, 2))
+    line = "-lattice_size 32 -samples 40 -monitor none -checkpoint_breaks 100 -checkpoint_every 0 -output all.h5"
+    process = start(tmp_path, line)
+    wait_for((tmp_path / "all.h5.shards" / "0.checkpoint").exists, process)
+    process.send_signal(signal.SIGSTOP)
+    refused(tmp_path, "0.h5", "-output", "all.h5", "-overwrite", names=["-output all.h5", "no other run"])
+    process.send_signal(signal.SIGCONT)
+    process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert len(datasets(tmp_path / "all.h5")["/samples/index"]) == 40
+
+
+def test_shards_of_another_scene_join_no_run(tmp_path):
+    parts(tmp_path, (0, 2))
+    (tmp_path / "0.h5.shards").mkdir()
+    break_samples(tmp_path, f"{SCENE} -first_sample 7 -seed 2", "other.h5")
+    (tmp_path / "other.h5").rename(tmp_path / "0.h5.shards" / "0.h5")
+    refused(tmp_path, "0.h5", "-output", "all.h5", names=["0.h5.shards/0.h5", "-seed 2"])
+    result = run(tmp_path, f"{SCENE} -samples 4 -resume -output 0.h5")
+    assert result.returncode == 1 and "-seed" in result.stderr, result.stderr
+
+
+def test_sample_numbers_up_to_the_largest(tmp_path):
+    last = 2**63 - 2 - 10**9
+    for i, samples in enumerate(("-first_sample 0", f"-first_sample {last} -samples 2")):
+        break_samples(tmp_path, f"-lattice_size 4 {samples}", f"{i}.h5")
+    assert merge(tmp_path, "0.h5", "1.h5", "-output", "all.h5").returncode == 0
+    assert datasets(tmp_path / "all.h5")["/samples/index"].tolist() == [0, last, last + 1]
+    assert options_of(tmp_path / "all.h5")["-samples"] == str(last + 2)
+    for number in (2**63 - 1, -1):
+        with h5py.File(tmp_path / "1.h5", "r+") as file:
+            file["samples/index"][1] = number
+        refused(tmp_path, "0.h5", "1.h5", "-output", "new.h5", names=["1.h5", str(number), "each once"])
 
 
 def test_overwrite_replaces(tmp_path):

@@ -147,10 +147,12 @@ def test_kill_leaves_no_half_written_file_behind_for_good(tmp_path):
     """What a kill in the middle of a write leaves is neither taken for samples nor kept."""
     succeed(tmp_path, f"{SCENE} -samples 2")
     (tmp_path / SHARDS).mkdir()
-    for name in (SHARDS + "/0.h5.part", OUTPUT + ".part"):
-        (tmp_path / name).write_bytes((tmp_path / OUTPUT).read_bytes()[:500])
+    for name in ("0.h5.part", "output.part"):
+        (tmp_path / SHARDS / name).write_bytes((tmp_path / OUTPUT).read_bytes()[:500])
+    (tmp_path / (OUTPUT + ".part")).write_text("somebody's own")
     continued = break_samples(tmp_path, f"{SCENE} -samples 4 -resume")
-    assert list(contents(tmp_path)) == [OUTPUT]
+    assert list(contents(tmp_path)) == [OUTPUT, OUTPUT + ".part"]
+    assert (tmp_path / (OUTPUT + ".part")).read_text() == "somebody's own"
     assert_same(continued, break_samples(tmp_path, f"{SCENE} -samples 4", "whole.h5"))
 
 

@@ -53,10 +53,23 @@ def test_rows_of_samples_follow_from_their_breaks(tmp_path):
 def test_attributes(tmp_path):
     succeed(tmp_path, SMALL)
     found = attributes(tmp_path / OUTPUT)
-    assert found.keys() == {"schema_version", "code_version", "options", "created"}
-    assert found["schema_version"] == 1
+    assert found.keys() == {"schema_version", "code_version", "options", "created", "bonds"}
+    assert found["schema_version"] == 2 and found["bonds"] == 96
     assert [int(number) >= 0 for number in found["code_version"].split(b".")]
     np.datetime64(found["created"].decode().rstrip("Z"))
+
+
+def test_links_are_followed_and_permissions_kept(tmp_path):
+    """An output that is a link into scratch arrives there, shards and all, also one that isn't there yet."""
+    (tmp_path / "scratch").mkdir()
+    (tmp_path / OUTPUT).symlink_to("scratch/run.h5")
+    for more in ("", " -overwrite", " -samples 3 -resume"):
+        succeed(tmp_path, SMALL + more)
+        assert (tmp_path / OUTPUT).is_symlink()
+        assert sorted(contents(tmp_path)) == [OUTPUT, "scratch", "scratch/run.h5"]
+        (tmp_path / "scratch" / "run.h5").chmod(0o640)
+    assert (tmp_path / "scratch" / "run.h5").stat().st_mode & 0o777 == 0o640
+    assert len(datasets(tmp_path / OUTPUT)["/samples/index"]) == 3
 
 
 def test_one_file_and_no_more(tmp_path):

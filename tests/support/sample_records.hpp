@@ -3,38 +3,51 @@
 
 #include <gtest/gtest.h>
 
+#include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
-#include "crackle/record.hpp"
+#include "crackle/durable_file.hpp"
+#include "crackle/run_records.hpp"
 
 namespace crackle::test {
 
 inline constexpr std::size_t kRecordBonds = 5;
 inline constexpr std::size_t kRecordDisplacements = 3;
 
-/// A sample of three breaks with two profile sections and one snapshot; one of an even index has two.
+/// A sample of three breaks, the second at the peak load, with two profile sections and one snapshot; one of an even
+/// index has two.
 inline SampleRecord sample_record(std::int64_t index) {
   const double x = 1.0 / static_cast<double>(index + 3);
-  const auto i = static_cast<std::int32_t>(index);
+  const auto first = static_cast<BondId>(index % 3);
   SampleRecord record;
+  record.bond = {first, first + 1, first + 2};
+  record.load = {5 * x, 7 * x, 6 * x};
+  record.stiffness = {10 * x, 9 * x, 8 * x};
   record.summary = {.index = index,
-                    .peak_load = x,
-                    .peak_displacement = 2 * x,
-                    .initial_stiffness = 3 * x,
+                    .peak_load = record.load[1],
+                    .peak_displacement = record.load[1] / record.stiffness[1],
+                    .initial_stiffness = 10 * x,
                     .wall_time = 4 * x,
                     .n_p = 2,
                     .n_f = 3};
-  record.bond = {i, i + 1, i + 2};
-  record.load = {5 * x, 6 * x, 7 * x};
-  record.stiffness = {8 * x, 9 * x, 10 * x};
-  record.profile_peak = {1, i};
-  record.profile_failure = {2, i + 1};
+  record.profile_peak = index % 2 == 0 ? std::vector{1, 1} : std::vector{0, 2};
+  record.profile_failure = {1, 2};
   for (std::int32_t number = 1; number <= (index % 2 == 0 ? 2 : 1); ++number) {
-    record.snapshots.push_back({.number = number,
-                                .displacement = std::vector<double>(kRecordDisplacements, number * x),
-                                .force = std::vector<double>(kRecordBonds, -number * x)});
+    Snapshot snapshot{.number = number,
+                      .displacement = std::vector<double>(kRecordDisplacements, number * x),
+                      .force = std::vector<double>(kRecordBonds, -number * x)};
+    if (number == 2) snapshot.force[static_cast<std::size_t>(first)] = 0;
+    record.snapshots.push_back(std::move(snapshot));
   }
   return record;
+}
+
+/// A run file of these samples.
+inline void write_run(const std::string& path, const RunHeader& header, const RecordOptions& record,
+                      std::span<const SampleRecord> records) {
+  write_durably(path, path + ".part", format_run(header, record, records));
 }
 
 inline void expect_same(const SampleRecord& a, const SampleRecord& b) {

@@ -9,6 +9,7 @@
 
 #include "crackle/network_file.hpp"
 #include "support/expect_refused.hpp"
+#include "support/hdf5_file.hpp"
 #include "support/small_networks.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -31,19 +32,20 @@ struct Parts {
 };
 
 void write_parts(const std::string& path, const Parts& parts) {
-  const hdf5::Handle file = hdf5::create_file(path);
-  const auto wanted = [&](const char* name) { return parts.left_out != name; };
-  if (!wanted("network")) return;
-  const hdf5::Handle group = hdf5::create_group(file, "network");
-  const hdf5::Handle nodes = hdf5::create_group(group, "nodes");
-  const hdf5::Handle bonds = hdf5::create_group(group, "bonds");
-  if (wanted("components")) hdf5::write_attribute(group, "components", parts.components);
-  if (wanted("period_x")) hdf5::write_attribute(group, "period_x", 0.0);
-  if (wanted("position")) hdf5::write<double>(nodes, "position", parts.position, parts.position_width);
-  if (wanted("grip")) hdf5::write<std::int8_t>(nodes, "grip", parts.grip);
-  if (wanted("nodes")) hdf5::write<NodeId>(bonds, "nodes", parts.nodes, parts.nodes_width);
-  if (wanted("stiffness")) hdf5::write<double>(bonds, "stiffness", parts.stiffness);
-  if (wanted("threshold")) hdf5::write<double>(bonds, "threshold", parts.threshold);
+  test::write_hdf5(path, [&parts](hid_t file) {
+    const auto wanted = [&](const char* name) { return parts.left_out != name; };
+    if (!wanted("network")) return;
+    const hdf5::Handle group = hdf5::create_group(file, "network");
+    const hdf5::Handle nodes = hdf5::create_group(group, "nodes");
+    const hdf5::Handle bonds = hdf5::create_group(group, "bonds");
+    if (wanted("components")) hdf5::write_attribute(group, "components", parts.components);
+    if (wanted("period_x")) hdf5::write_attribute(group, "period_x", 0.0);
+    if (wanted("position")) hdf5::write<double>(nodes, "position", parts.position, parts.position_width);
+    if (wanted("grip")) hdf5::write<std::int8_t>(nodes, "grip", parts.grip);
+    if (wanted("nodes")) hdf5::write<NodeId>(bonds, "nodes", parts.nodes, parts.nodes_width);
+    if (wanted("stiffness")) hdf5::write<double>(bonds, "stiffness", parts.stiffness);
+    if (wanted("threshold")) hdf5::write<double>(bonds, "threshold", parts.threshold);
+  });
 }
 
 NetworkOptions from_file(const std::string& path) {
@@ -75,7 +77,7 @@ TEST(NetworkFile, WhatIsWrittenIsReadBitForBit) {
     std::vector<double> threshold(named.network.lattice.bond.size());
     draw_uniform_thresholds(1, 0, threshold);
     const std::string path = folder.path("network.h5");
-    write_network(hdf5::create_file(path), named.network, threshold);
+    test::write_hdf5(path, [&](hid_t file) { write_network(file, named.network, threshold); });
     NetworkOptions options = from_file(path);
     options.grips = named.network.grips;
     const IntactNetwork read = load_network(options);
@@ -92,7 +94,7 @@ TEST(NetworkFile, WithoutStiffnessesAndThresholdsTakesOnesAndNone) {
   write_parts(path, {.left_out = "threshold"});
   EXPECT_TRUE(load_network(from_file(path)).threshold.empty());
   const Network network = test::bundle(2);
-  write_network(hdf5::create_file(path), network, {});
+  test::write_hdf5(path, [&](hid_t file) { write_network(file, network, {}); });
   EXPECT_FALSE(hdf5::exists(hdf5::open_file(path), "network/bonds/threshold"));
 }
 

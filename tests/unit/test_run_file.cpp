@@ -75,7 +75,7 @@ TEST(RunFile, MergesShardsInTheOrderOfTheirSamples) {
     ASSERT_EQ(summaries.size(), 4u);
     EXPECT_EQ(summaries[3].index, 11);
     EXPECT_EQ(summaries[3].peak_load, test::sample_record(11).summary.peak_load);
-    EXPECT_EQ(read_options_text(path), "-samples 4\n-seed 1\n");
+    EXPECT_EQ(read_header(path).options, "-samples 4\n-seed 1\n");
     EXPECT_EQ(everything(folder.path()).size(), 1u) << "no shard and no temporary file is left";
   }
   {
@@ -112,7 +112,7 @@ TEST(RunFile, ResumeFindsWhatAKilledRunLeft) {
   EXPECT_EQ(longer.finished(), (std::set<std::int64_t>{0, 1, 2, 3})) << "a whole run can go on, too";
   add(longer, {4});
   EXPECT_EQ(longer.finish().size(), 5u);
-  EXPECT_EQ(read_options_text(path), "-samples 5\n-seed 1\n");
+  EXPECT_EQ(read_header(path).options, "-samples 5\n-seed 1\n");
 }
 
 /// Killed while a file was written (torn, under another name) or after the merge before the shards went.

@@ -8,6 +8,7 @@
 #include "crackle/run_records.hpp"
 #include "crackle/version.hpp"
 #include "support/expect_refused.hpp"
+#include "support/hdf5_file.hpp"
 #include "support/sample_records.hpp"
 #include "support/small_networks.hpp"
 #include "support/temporary_folder.hpp"
@@ -46,10 +47,10 @@ TEST(RunRecords, WhatIsWrittenIsRead) {
   for (const std::vector<std::int64_t>& indices : {std::vector<std::int64_t>{}, {4}, {0, 1, 7, 1LL << 40}}) {
     std::vector<SampleRecord> records;
     for (const std::int64_t index : indices) records.push_back(test::sample_record(index));
-    write_run(path, {.options = "-seed 1\n"}, kAll, records);
+    test::write_run(path, {.options = "-seed 1\n"}, kAll, records);
     test::expect_samples(read_records(path), indices);
   }
-  EXPECT_EQ(read_options_text(path), "-seed 1\n");
+  EXPECT_EQ(read_header(path).options, "-seed 1\n");
   const hdf5::Handle file = hdf5::open_file(path);
   EXPECT_EQ(hdf5::read_number(file, "schema_version"), kSchemaVersion);
   EXPECT_EQ(hdf5::read_text(file, "code_version"), kVersion);
@@ -68,7 +69,7 @@ TEST(RunRecords, HoldNothingThatNobodyAskedFor) {
   const std::string path = folder.path("run.h5");
   const std::vector<SampleRecord> records{test::sample_record(0)};
   const auto written = [&](const RecordOptions& options, const RunHeader& header) {
-    write_run(path, header, options, records);
+    test::write_run(path, header, options, records);
     return contents(path);
   };
   EXPECT_EQ(written(kNone, {}), kAlways);
@@ -99,7 +100,7 @@ void expect_refused_with(const std::string& name, const std::vector<T>& values) 
   SCOPED_TRACE(name);
   const test::TemporaryFolder folder;
   const std::string path = folder.path("run.h5");
-  write_run(path, {}, kAll, std::vector{test::sample_record(1), test::sample_record(3)});
+  test::write_run(path, {}, kAll, std::vector{test::sample_record(1), test::sample_record(3)});
   {
     const hdf5::Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT));
     ASSERT_GE(H5Ldelete(file, name.c_str(), H5P_DEFAULT), 0);
@@ -115,10 +116,9 @@ TEST(RunRecords, RefuseWhatIsNotAWholeRun) {
   test::expect_refused(read, {path, "exists"});
   std::ofstream(path) << "nothing";
   test::expect_refused(read, {path, "HDF5"});
-  (void)hdf5::create_file(path);
-  test::expect_refused(read, {path, "/samples/index"});
-  test::expect_refused([&] { (void)read_options_text(path); }, {path, "attribute options"});
-  write_run(path, {}, kAll, std::vector{test::sample_record(0)});
+  test::write_hdf5(path, [](hid_t) {});
+  test::expect_refused(read, {path, "attribute schema_version"});
+  test::write_run(path, {}, kAll, std::vector{test::sample_record(0)});
   EXPECT_NO_THROW(read());
   std::filesystem::resize_file(path, std::filesystem::file_size(path) - 1);
   test::expect_refused(read, {path, "whole"});
