@@ -84,8 +84,10 @@ def check_profiles(samples, peak, failure):
         refuse(sums != total, f"profile/{name}", sums, samples["index"], "as many broken bonds as in /samples")
 
 
-def check_snapshots(samples, snapshots, asked, bonds):
-    """snapshots: name to array[K], [K][..]; asked: break numbers at which there must be one, None if not known."""
+def check_snapshots(samples, snapshots, asked, columns):
+    """snapshots: name to array[K], [K][..]; asked: break numbers at which there must be one, None if not known;
+    columns: how many displacement and force must have, where that is known.
+    """
     owner, at = snapshots["sample"], snapshots["number"]
     place = np.searchsorted(samples["index"], owner)
     known = place < len(samples["index"])
@@ -97,8 +99,9 @@ def check_snapshots(samples, snapshots, asked, bonds):
         raise ValueError("dataset /snapshots/number: a break of a sample twice")
     for name in ("displacement", "force"):
         refuse(~np.isfinite(snapshots[name]).all(axis=1), f"snapshots/{name}", at, owner, "finite numbers")
-    if bonds is not None and len(at) and snapshots["force"].shape[1] != bonds:
-        raise ValueError(f"dataset /snapshots/force: {snapshots['force'].shape[1]} columns; it must have {bonds}")
+    for name, width in columns.items():
+        if len(at) and width is not None and snapshots[name].shape[1] != width:
+            raise ValueError(f"dataset /snapshots/{name}: {snapshots[name].shape[1]} columns; it must have {width}")
     if asked is not None:
         expected = sum(int(np.count_nonzero(samples["n_f"] >= number)) for number in asked)
         if expected != len(pairs):

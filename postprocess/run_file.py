@@ -193,29 +193,32 @@ def _read_part(path, may_vanish):
 
 
 def _read_file(path, file):
-    if "schema_version" not in file.attrs or "options" not in file.attrs or not has(file, "samples"):
+    if "schema_version" not in file.attrs or "options" not in file.attrs:
         raise ValueError("not a run file of crackle")
     check_version(file, SCHEMA_VERSIONS)
     options = read_options(file)
+    if not has(file, "samples"):
+        raise ValueError("group /samples: missing")
     samples = {name: array(file, f"samples/{name}", kind, 1) for name, kind in SAMPLE_FIELDS.items()}
     same_length({f"samples/{name}": values for name, values in samples.items()}, len(samples["index"]))
     check_samples(samples)
     network = _read_network(file)
-    bonds = _count_bonds(file, options, network)
-    return _Part(path, options, samples, _read_breaks(file, options, samples, bonds), network,
-                 _read_snapshots(file, options, samples, bonds), _read_profiles(file, options, samples))
+    size = _sizes(file, options, network)
+    return _Part(path, options, samples, _read_breaks(file, options, samples, size["force"]), network,
+                 _read_snapshots(file, options, samples, size), _read_profiles(file, options, samples))
 
 
-def _count_bonds(file, options, network):
-    """Of the network, None if that isn't known."""
-    if "bonds" in file.attrs:
-        return int(number(file, "bonds"))
+def _sizes(file, options, network):
+    """How many numbers a displacement and a force of the whole network are; None where that isn't known."""
     if network is not None:
-        return len(network.bonds)
-    if options.get("-lattice") != "triangular" or float(options.get("-lattice_dilution", "0")) != 0:
-        return None
-    size = int(options.get("-lattice_size", "0"))
-    return (size + 1) * (3 * size + 1) if size else None
+        return {"displacement": network.positions.shape[0] * network.components, "force": len(network.bonds)}
+    bonds, numbers = int(number(file, "bonds")) if "bonds" in file.attrs else None, None
+    if options.get("-lattice") == "triangular" and "-lattice_size" in options:
+        size = int(options["-lattice_size"])
+        numbers = (size + 1) ** 2 * (1 if options.get("-model") == "fuse" else 2)
+        if bonds is None and float(options.get("-lattice_dilution", "0")) == 0:
+            bonds = (size + 1) * (3 * size + 1)
+    return {"displacement": numbers, "force": bonds}
 
 
 def _recorded(file, options, group, word):
@@ -262,7 +265,7 @@ def _read_profiles(file, options, samples):
     return peak, failure
 
 
-def _read_snapshots(file, options, samples, bonds):
+def _read_snapshots(file, options, samples, columns):
     """Sample number to its Snapshots."""
     found = {}
     if not _recorded(file, options, "snapshots", "snapshot"):
@@ -270,7 +273,7 @@ def _read_snapshots(file, options, samples, bonds):
     rows = {name: array(file, f"snapshots/{name}", *kind) for name, kind in SNAPSHOT_FIELDS.items()}
     same_length({f"snapshots/{name}": values for name, values in rows.items()}, len(rows["sample"]))
     asked = options.get("-record_snapshot_at")
-    check_snapshots(samples, rows, set(map(int, asked.split(","))) if asked else None, bonds)
+    check_snapshots(samples, rows, set(map(int, asked.split(","))) if asked else None, columns)
     for sample, at, displacement, force in zip(*rows.values()):
         found.setdefault(int(sample), []).append(Snapshot(int(at), displacement, force))
     return found

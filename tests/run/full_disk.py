@@ -13,11 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from program import CRACKLE, LONGEST, datasets, environment
+from program import CRACKLE, datasets, environment
 
 KIB = 1024
 PAGE = 4       # KiB: what a tmpfs hands out at a time
 ROOM = 65536   # KiB: what everything fits in
+LONGEST = 30   # seconds
+HANGS = 1000   # stands for an exit status
 NAMES = 1000   # files and folders: more than anything here makes
 PROGRAMS = {"crackle": CRACKLE, "crackle_merge": Path(CRACKLE).with_name("crackle_merge"),
             "crackle_compare": Path(CRACKLE).with_name("crackle_compare")}
@@ -107,9 +109,12 @@ def execute(folder, line, ranks=0, largest=None):
 
     program, *words = shlex.split(line)
     launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks else []
-    return subprocess.run([*launcher, PROGRAMS[program], *words], cwd=folder, env=environment(), preexec_fn=limit,
-                          stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
-                          timeout=LONGEST, check=False)
+    words = [*launcher, PROGRAMS[program], *words]
+    try:
+        return subprocess.run(words, cwd=folder, env=environment(), preexec_fn=limit, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, errors="replace", timeout=LONGEST, check=False)
+    except subprocess.TimeoutExpired:
+        return subprocess.CompletedProcess(words, HANGS, "", "")
 
 
 def numbers(path):
@@ -181,7 +186,7 @@ def is_right(attempt, folder):
 def fault_of_the_end(attempt, result, folder):
     """How the program ended: "", or what is wrong with that."""
     if result.returncode not in (0, 1):
-        return "crashed"
+        return "hangs" if result.returncode == HANGS else "crashed"
     if result.returncode == 0:
         left = [*folder.glob("*.part*"), *folder.glob("*.shards")]
         return "lied" if not is_right(attempt, folder) else "left over" if left or result.stderr else ""
@@ -232,9 +237,12 @@ def try_on(disk, attempt, **room):
 
 
 def try_under_limit(folder, attempt, largest):
-    """The same while files can't grow beyond `largest` bytes, in an empty folder."""
+    """The same while files can't grow beyond `largest` bytes, in an empty folder. Not for mpirun, whose own files and
+    shared memory would be limited, too.
+    """
+    assert attempt.ranks == 0
     whole = prepare(attempt, folder)
-    result = execute(folder, attempt.line, attempt.ranks, largest)
+    result = execute(folder, attempt.line, largest=largest)
     return judge(attempt, folder, whole, result, lambda: None), result.stderr
 
 

@@ -50,7 +50,7 @@ def main(names):
                 total += table(f"{attempt.name}, files", stepped(disk, attempt, 1, "names"))
         finally:
             disk.close()
-    for attempt in attempts:
+    for attempt in (attempt for attempt in attempts if attempt.ranks == 0):
         total += table(f"{attempt.name}, RLIMIT_FSIZE", steps_of_file_size(attempt))
     print(f"{'all':45} {sum(total.values()):4}  " + ", ".join(f"{count} {word}" for word, count in total.items()))
     return 0 if total.keys() <= {"right", "told"} else 1

@@ -120,7 +120,7 @@ FAULTS = {
     "break_offset_missing": (without("samples/break_offset"), "break_offset"),
     "loads_too_few": (array("breaks/load", lambda load: load[:-1]), "load"),
     "loads_too_many": (array("breaks/load", lambda load: np.append(load, load[-1])), "load"),
-    "bonds_too_many": (array("breaks/bond", lambda bond: np.append(bond, 0)), "bond"),
+    "bonds_too_many": (array("breaks/bond", lambda bond: np.append(bond, 0)), "breaks"),
     "bonds_are_fractions": (array("breaks/bond", lambda bond: bond + 0.5), "bond"),
     "bonds_are_texts": (array("breaks/bond", lambda bond: np.full(len(bond), b"bond")), "bond"),
     "bonds_of_64_bits": (array("breaks/bond", lambda bond: bond + 2**32), "bond"),
