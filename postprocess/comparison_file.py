@@ -11,9 +11,13 @@ from dataclasses import dataclass, field
 import h5py
 import numpy as np
 
-SCHEMA_VERSION = 1
-SERIES = ("time", "total", "set_up", "phase", "iterations", "residual", "backward_error", "force_error",
-          "load_error")
+from hdf5_file import array, check_version, has, number, open_file, read_options, same_length, text
+
+SCHEMA_VERSIONS = (1, 2)  # 2: with checksums
+TIMES = ("time", "total", "set_up", "phase")
+ERRORS = ("residual", "backward_error", "force_error", "load_error")  # NaN: not reached
+SERIES = (*TIMES, "iterations", *ERRORS)
+TEXTS = ("name", "rtol", "complaint", "options")
 PHASES = ("assembly", "factor", "downdate", "solve", "search", "output")  # columns of `phase`
 
 
@@ -58,44 +62,94 @@ class Comparison:
 
 
 def read_comparison(path):
-    """Raises ValueError, in one line, if the file is missing, damaged or of another kind or schema."""
+    """Raises ValueError, in one line, if the file is missing, damaged, of another kind or schema, or holds what can't be
+    true of a comparison.
+    """
     path = os.fspath(path)
     if not os.path.isfile(path):
         raise ValueError(f"{path}: no such file")
-    try:
-        with h5py.File(path, "r") as file:
-            return _read(path, file)
-    except (OSError, KeyError, RuntimeError) as error:
-        raise ValueError(f"{path}: not a comparison of crackle_compare, or damaged") from error
+    with open_file(path) as file:
+        return _read(path, file)
 
 
 def _read(path, file):
-    if _text(file.attrs.get("kind", "")) != "comparison":
-        raise ValueError(f"{path}: not a comparison of crackle_compare")
-    if int(file.attrs["schema_version"]) != SCHEMA_VERSION:
-        raise ValueError(f"{path}: schema version {file.attrs['schema_version']}; this module reads {SCHEMA_VERSION}")
-    reference = file["reference"]
-    attributes = {name: _plain(value) for name, value in reference.attrs.items()}
-    breaks = int(attributes["n_f"]) - int(attributes["skip"])
-    strategies = [_read_strategy(group, breaks) for _, group in sorted(file["strategies"].items())]
-    options = dict((line.split(" ", 1) + [""])[:2] for line in _text(file.attrs["options"]).splitlines())
-    return Comparison(path, options, attributes, reference["number"][...], reference["error"][...],
-                      reference["stiffness"][...], strategies)
+    if "kind" not in file.attrs or text(file, "kind") != "comparison":
+        raise ValueError("not a comparison of crackle_compare")
+    check_version(file, SCHEMA_VERSIONS)
+    for group in ("reference", "strategies"):
+        if not has(file, group) or not isinstance(file[group], h5py.Group):
+            raise ValueError(f"group /{group}: missing")
+    reference = _read_attributes(file["reference"], ("name", "peak_load", "n_p", "n_f", "skip"))
+    measured, error = array(file, "reference/number", np.int64, 1), array(file, "reference/error", np.float64, 1)
+    stiffness = _read_breaks(file, reference)
+    _check_measured(reference, measured, error)
+    strategies = [_read_strategy(file, name, len(measured), len(stiffness)) for name in sorted(file["strategies"])]
+    return Comparison(path, read_options(file), reference, measured, error, stiffness, strategies)
 
 
-def _read_strategy(group, breaks):
-    attributes = {name: _plain(value) for name, value in group.attrs.items()}
+def _read_attributes(group, expected):
+    """All attributes, as numbers and texts. Raises ValueError when one of `expected` is missing or of another kind."""
+    attributes = {name: text(group, name) if np.asarray(group.attrs[name]).dtype.kind in "SOU" else number(group, name)
+                  for name in group.attrs}
+    for name in expected:
+        if isinstance(attributes.get(name), str) != (name in TEXTS):
+            raise ValueError(f"attribute {name} of {group.name}: it must be a {'text' if name in TEXTS else 'number'}")
+    return attributes
+
+
+def _read_breaks(file, reference):
+    """The stiffnesses of the B breaks that were timed."""
+    n_p, n_f, skip = (reference[name] for name in ("n_p", "n_f", "skip"))
+    if not (0 <= skip <= n_f and 0 <= n_p <= n_f):
+        raise ValueError(f"attributes of /reference: skip {skip}, n_p {n_p}; allowed are 0 to n_f, {n_f}")
+    bond = array(file, "reference/bond", np.int32, 1)
+    load, stiffness = (array(file, f"reference/{name}", np.float64, 1) for name in ("load", "stiffness"))
+    same_length({"reference/bond": bond}, n_f)
+    same_length({"reference/load": load, "reference/stiffness": stiffness}, n_f - skip)
+    if np.any(bond < 0) or len(np.unique(bond)) != len(bond):
+        raise ValueError("dataset /reference/bond: a bond below 0, or twice")
+    if not (np.isfinite(load).all() and np.all(load >= 0)):
+        raise ValueError("dataset /reference/load: allowed are finite numbers from 0")
+    if not (np.isfinite(stiffness).all() and np.all(stiffness > 0)):
+        raise ValueError("dataset /reference/stiffness: allowed are finite numbers above 0")
+    return stiffness
+
+
+def _check_measured(reference, measured, error):
+    same_length({"reference/error": error}, len(measured))
+    ascends = np.all(np.diff(measured) > 0)
+    if len(measured) and not (ascends and reference["skip"] < measured[0] and measured[-1] <= reference["n_f"]):
+        raise ValueError("dataset /reference/number: it must ascend from skip + 1 to n_f at most")
+    if np.any(error < 0) or np.isinf(error).any():
+        raise ValueError("dataset /reference/error: allowed are numbers from 0")
+
+
+def _read_strategy(file, name, measured, breaks):
+    path = f"strategies/{name}"
+    if not isinstance(file.get(path), h5py.Group):
+        raise ValueError(f"group /{path}: missing")
+    attributes = _read_attributes(file[path], ("name", "rtol", "complaint", "first_difference", "n_p", "n_f", "memory"))
+    series = {one: array(file, f"{path}/{one}", np.int64 if one == "iterations" else np.float64,
+                         2 if one in ("time", "phase") else 1) for one in SERIES}
+    _check_series(path, series, measured)
     rtol = attributes["rtol"]
+    try:
+        tolerance = float(rtol) if rtol else np.nan
+    except ValueError as error:
+        raise ValueError(f"attribute rtol of /{path}: {rtol}; it must be a number") from error
     family = attributes["name"][:-len(rtol)].strip() if rtol else attributes["name"]
-    series = {name: group[name][...] for name in SERIES}
-    return Strategy(attributes["name"], family, float(rtol) if rtol else np.nan, attributes, series, breaks)
+    return Strategy(attributes["name"], family, tolerance, attributes, series, breaks)
 
 
-def _text(value):
-    value = np.ravel(value)[0] if isinstance(value, np.ndarray) else value
-    return value.decode() if isinstance(value, bytes) else str(value)
-
-
-def _plain(value):
-    value = np.ravel(value)[0] if isinstance(value, np.ndarray) else value
-    return value.decode() if isinstance(value, bytes) else value.item() if hasattr(value, "item") else value
+def _check_series(path, series, measured):
+    repetitions = len(series["total"])
+    if series["time"].shape != (repetitions, measured) or series["phase"].shape != (repetitions, len(PHASES)):
+        raise ValueError(f"datasets time and phase of /{path}: they must have {repetitions} rows, of {measured} and "
+                         f"{len(PHASES)} columns")
+    same_length({f"{path}/set_up": series["set_up"]}, repetitions)
+    same_length({f"{path}/{name}": series[name] for name in ("iterations", *ERRORS)}, measured)
+    for name in (*TIMES, *ERRORS):  # a comparison with NaN, which stands for "not reached", is False
+        if np.any(series[name] < 0) or np.isinf(series[name]).any():
+            raise ValueError(f"dataset /{path}/{name}: allowed are finite numbers from 0")
+    if np.any(series["iterations"] < -1):
+        raise ValueError(f"dataset /{path}/iterations: allowed are numbers from -1")

@@ -17,9 +17,15 @@ from typing import Optional
 import h5py
 import numpy as np
 
-SCHEMA_VERSION = 1
-SAMPLE_FIELDS = ("index", "peak_load", "peak_displacement", "n_p", "n_f", "initial_stiffness", "wall_time")
-BREAK_FIELDS = ("bond", "load", "stiffness")
+from hdf5_file import array, check_version, has, number, open_file, read_options, same_length
+from run_checks import check_breaks, check_network, check_profiles, check_samples, check_snapshots
+
+SCHEMA_VERSIONS = (1, 2)  # 2: with checksums
+SAMPLE_FIELDS = {"index": np.int64, "peak_load": np.float64, "peak_displacement": np.float64, "n_p": np.int32,
+                 "n_f": np.int32, "initial_stiffness": np.float64, "wall_time": np.float64}
+BREAK_FIELDS = {"bond": np.int32, "load": np.float64, "stiffness": np.float64}
+SNAPSHOT_FIELDS = {"sample": (np.int64, 1), "number": (np.int32, 1), "displacement": (np.float64, 2),
+                   "force": (np.float64, 2)}
 # Samples belong together only if these agree; the others may change when a run is resumed.
 SCENE_OPTIONS = ("-model", "-lattice", "-lattice_size", "-lattice_row_spacing", "-lattice_file", "-lattice_dilution",
                  "-stiffness", "-stiffness_contrast", "-grips", "-break_on", "-disorder", "-disorder_exponent",
@@ -124,7 +130,8 @@ def read_run(path):
     """Reads a run file, and the finished samples that a run still going on keeps in PATH.shards/*.h5.
 
     Everything is read into memory and the files are closed again. Samples are ordered by number, each once.
-    Raises ValueError, in one line, if the file is missing, truncated, of another kind or of another schema.
+    Raises ValueError, in one line, if the file is missing, damaged, of another kind or of another schema, or holds what
+    can't be true of a run.
     """
     path = os.fspath(path)
     # Shards first: one that the run merges away meanwhile is then in the run file, which is read after it.
@@ -169,6 +176,7 @@ class _Part:
     breaks: Optional[list]
     network: Optional[Network]
     snapshots: dict
+    profiles: Optional[tuple]
 
 
 def _read_part(path, may_vanish):
@@ -178,74 +186,96 @@ def _read_part(path, may_vanish):
             return None
         raise ValueError(f"{path}: no such file")
     try:
-        with h5py.File(path, "r") as file:
-            _check_kind(path, file)
-            samples = {name: file["samples"][name][...] for name in SAMPLE_FIELDS}
-            return _Part(path, _read_options(file.attrs["options"]), samples,
-                         _read_breaks(file, len(samples["index"])), _read_network(file), _read_snapshots(file))
+        with open_file(path) as file:
+            return _read_file(path, file)
     except FileNotFoundError:
         return _read_part(path, may_vanish)
-    except (OSError, RuntimeError) as error:  # what h5py raises for damaged files
-        reason = "truncated" if "truncated" in str(error) else "not an HDF5 file, or damaged"
-        if isinstance(error, (PermissionError, BlockingIOError)):
-            reason = error.args[-1]
-        raise ValueError(f"{path}: {reason}") from error
-    except KeyError as error:
-        raise ValueError(f"{path}: incomplete run file: {error.args[0]}") from error
 
 
-def _check_kind(path, file):
-    if "schema_version" not in file.attrs or "options" not in file.attrs or "samples" not in file:
-        raise ValueError(f"{path}: not a run file of crackle")
-    version = int(np.ravel(file.attrs["schema_version"])[0])
-    if version != SCHEMA_VERSION:
-        raise ValueError(f"{path}: schema version {version}; this module reads {SCHEMA_VERSION}")
+def _read_file(path, file):
+    if "schema_version" not in file.attrs or "options" not in file.attrs:
+        raise ValueError("not a run file of crackle")
+    check_version(file, SCHEMA_VERSIONS)
+    options = read_options(file)
+    if not has(file, "samples"):
+        raise ValueError("group /samples: missing")
+    samples = {name: array(file, f"samples/{name}", kind, 1) for name, kind in SAMPLE_FIELDS.items()}
+    same_length({f"samples/{name}": values for name, values in samples.items()}, len(samples["index"]))
+    check_samples(samples)
+    network = _read_network(file)
+    size = _sizes(file, options, network)
+    return _Part(path, options, samples, _read_breaks(file, options, samples, size["force"]), network,
+                 _read_snapshots(file, options, samples, size), _read_profiles(file, options, samples))
 
 
-def _read_options(text):
-    """One `-name value` per line; an option without a value gets an empty one."""
-    text = np.ravel(text)[0] if isinstance(text, np.ndarray) else text
-    text = text.decode() if isinstance(text, bytes) else text
-    options = {}
-    for line in filter(None, map(str.strip, text.splitlines())):
-        name, _, value = line.partition(" ")
-        options[name] = value.strip()
-    return options
+def _sizes(file, options, network):
+    """How many numbers a displacement and a force of the whole network are; None where that isn't known."""
+    if network is not None:
+        return {"displacement": network.positions.shape[0] * network.components, "force": len(network.bonds)}
+    bonds, numbers = int(number(file, "bonds")) if "bonds" in file.attrs else None, None
+    if options.get("-lattice") == "triangular" and "-lattice_size" in options:
+        size = int(options["-lattice_size"])
+        numbers = (size + 1) ** 2 * (1 if options.get("-model") == "fuse" else 2)
+        if bonds is None and float(options.get("-lattice_dilution", "0")) == 0:
+            bonds = (size + 1) * (3 * size + 1)
+    return {"displacement": numbers, "force": bonds}
 
 
-def _read_breaks(file, samples):
+def _recorded(file, options, group, word):
+    """Whether the file has the group that -record WORD asks for. Raises ValueError when it should and hasn't."""
+    if word in options.get("-record", "").split(",") and not has(file, group):
+        raise ValueError(f"group /{group}: missing, though the run was made with -record {word}")
+    return has(file, group)
+
+
+def _read_breaks(file, options, samples, bonds):
     """A list of Breaks, one per sample; None if the file holds no /breaks."""
-    if "breaks" not in file:
+    if not _recorded(file, options, "breaks", "breaks"):
         return None
-    arrays = [file["breaks"][name][...] for name in BREAK_FIELDS]
-    offset = file["samples"]["break_offset"][...]
-    if len(offset) != samples + 1 or np.any(np.diff(offset) < 0) or any(len(a) != offset[-1] for a in arrays):
-        raise ValueError(f"{file.filename}: /samples/break_offset does not fit /breaks")
-    return [Breaks(*(array[begin:end] for array in arrays)) for begin, end in zip(offset[:-1], offset[1:])]
+    breaks = {name: array(file, f"breaks/{name}", kind, 1) for name, kind in BREAK_FIELDS.items()}
+    same_length({f"breaks/{name}": values for name, values in breaks.items()}, len(breaks["bond"]))
+    offset = array(file, "samples/break_offset", np.int64, 1)
+    check_breaks(samples, offset, breaks, bonds)
+    return [Breaks(*(values[begin:end] for values in breaks.values())) for begin, end in zip(offset[:-1], offset[1:])]
 
 
 def _read_network(file):
     """The group /network, None if the file holds none."""
-    if "network" not in file:
+    if not has(file, "network"):
         return None
     group = file["network"]
-    bonds = group["bonds"]
-    nodes = bonds["nodes"][...]
-    stiffness = bonds["stiffness"][...] if "stiffness" in bonds else np.ones(len(nodes))
-    threshold = bonds["threshold"][...] if "threshold" in bonds else None
-    return Network(group["nodes/position"][...], group["nodes/grip"][...], nodes, stiffness, threshold,
-                   int(np.ravel(group.attrs["components"])[0]), float(np.ravel(group.attrs["period_x"])[0]))
+    if not isinstance(group, h5py.Group):
+        raise ValueError("group /network: it is a dataset")
+    nodes = array(file, "network/bonds/nodes", np.int32, 2)
+    optional = {name: array(file, f"network/bonds/{name}", np.float64, 1)
+                for name in ("stiffness", "threshold") if has(file, f"network/bonds/{name}")}
+    network = Network(array(file, "network/nodes/position", np.float64, 2), array(file, "network/nodes/grip", np.int8, 1),
+                      nodes, optional.get("stiffness", np.ones(len(nodes))), optional.get("threshold"),
+                      int(number(group, "components")), float(number(group, "period_x")))
+    check_network(network)
+    return network
 
 
-def _read_snapshots(file):
+def _read_profiles(file, options, samples):
+    """Broken bonds by section, up to the peak load and to failure: int32[S, sections] each; None if not recorded."""
+    if not _recorded(file, options, "profile", "profile"):
+        return None
+    peak, failure = (array(file, f"profile/{name}", np.int32, 2) for name in ("peak", "failure"))
+    check_profiles(samples, peak, failure)
+    return peak, failure
+
+
+def _read_snapshots(file, options, samples, columns):
     """Sample number to its Snapshots."""
     found = {}
-    if "snapshots" not in file:
+    if not _recorded(file, options, "snapshots", "snapshot"):
         return found
-    group = file["snapshots"]
-    displacement, force = group["displacement"][...], group["force"][...]
-    for row, (sample, number) in enumerate(zip(group["sample"][...], group["number"][...])):
-        found.setdefault(int(sample), []).append(Snapshot(int(number), displacement[row], force[row]))
+    rows = {name: array(file, f"snapshots/{name}", *kind) for name, kind in SNAPSHOT_FIELDS.items()}
+    same_length({f"snapshots/{name}": values for name, values in rows.items()}, len(rows["sample"]))
+    asked = options.get("-record_snapshot_at")
+    check_snapshots(samples, rows, set(map(int, asked.split(","))) if asked else None, columns)
+    for sample, at, displacement, force in zip(*rows.values()):
+        found.setdefault(int(sample), []).append(Snapshot(int(at), displacement, force))
     return found
 
 

@@ -1,10 +1,13 @@
 """The run file: the schema, nothing that nobody asked for, the same samples in every way of asking."""
+import fcntl
+
 import h5py
 import numpy as np
 import pytest
 from networks import FREE
 from program import (OUTPUT, assert_same, attributes, break_samples, contents, options_of, run,
                      succeed)
+from run_file import read_run
 
 SAMPLES = {  # name: type; one value a sample
     "/samples/index": "int64", "/samples/peak_load": "float64", "/samples/peak_displacement": "float64",
@@ -213,3 +216,71 @@ def cut(whole, begin, end):
     for name in BREAKS:
         part[name] = whole[name][offset[begin]:offset[end]]
     return part
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_python_reads_both_schemas(tmp_path, version):
+    """Those with checksums and those from before."""
+    expected = break_samples(tmp_path, SMALL)
+    with h5py.File(tmp_path / OUTPUT, "r+") as file:
+        file.attrs["schema_version"] = np.int32(version)
+    found = read_run(tmp_path / OUTPUT)
+    np.testing.assert_array_equal(found.peak_load, expected["/samples/peak_load"])
+
+
+@pytest.mark.parametrize("text", [str, np.bytes_, lambda text: np.array([text], h5py.string_dtype()),
+                                  lambda text: np.array([text.encode()])])
+def test_python_reads_texts_of_every_kind(tmp_path, text):
+    """Of fixed and variable length, alone and as an array."""
+    succeed(tmp_path, SMALL + " -monitor none")
+    with h5py.File(tmp_path / OUTPUT, "r+") as file:
+        options = file.attrs["options"].decode()
+        del file.attrs["options"]
+        file.attrs["options"] = text(options)
+    assert read_run(tmp_path / OUTPUT).options["-lattice_size"] == "5"
+
+
+def replace_by_text(path):
+    path.write_text("of no worth\n")
+
+
+def cut_in_half(path):
+    path.write_bytes(path.read_bytes()[:path.stat().st_size // 2])
+
+
+def spoil_data(path):
+    """One bit of what a checksum is kept for."""
+    with h5py.File(path, "r+") as file:
+        load = file["breaks/load"][...]
+        del file["breaks/load"]
+        kept = file.create_dataset("breaks/load", data=load, fletcher32=True, chunks=load.shape)
+        place = kept.id.get_chunk_info(0).byte_offset
+    data = bytearray(path.read_bytes())
+    data[place + 9] ^= 1
+    path.write_bytes(data)
+
+
+def leave_unwritten(path):
+    with h5py.File(path, "r+") as file:
+        shape = file["breaks/load"].shape
+        del file["breaks/load"]
+        file.create_dataset("breaks/load", shape, float)
+
+
+@pytest.mark.parametrize("harm, reason", [(replace_by_text, "file signature not found"), (cut_in_half, "truncated file"),
+                                          (spoil_data, "/breaks/load: .*checksum"),
+                                          (leave_unwritten, "/breaks/load: .*never written")])
+def test_python_keeps_the_reason(tmp_path, harm, reason):
+    succeed(tmp_path, SMALL + " -monitor none")
+    harm(tmp_path / OUTPUT)
+    with pytest.raises(ValueError, match=f"{OUTPUT}.*{reason}") as error:
+        read_run(tmp_path / OUTPUT)
+    assert "\n" not in str(error.value)
+
+
+def test_python_tells_of_a_file_that_is_locked(tmp_path):
+    succeed(tmp_path, SMALL + " -monitor none")
+    with open(tmp_path / OUTPUT, "rb") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        with pytest.raises(ValueError, match="unable to lock file"):
+            read_run(tmp_path / OUTPUT)
