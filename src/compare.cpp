@@ -12,6 +12,7 @@
 #include "crackle/compare_scene.hpp"
 #include "crackle/compare_strategy.hpp"
 #include "crackle/compare_table.hpp"
+#include "crackle/interrupt.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/petsc_handle.hpp"
 #include "crackle/preconditioner.hpp"
@@ -21,6 +22,7 @@ namespace {
 void compare_strategies() {
   // 1. the scene, and what to compare in it; the options used, echoed
   crackle::register_preconditioners();
+  crackle::ignore_file_size_limit();
   crackle::Scene scene = crackle::read_compared_scene();
   const crackle::CompareOptions options = crackle::read_comparison(scene);
   if (scene.help) return;

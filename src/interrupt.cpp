@@ -30,7 +30,10 @@ void catch_one(int signal) {
 void catch_interrupts() {
   catch_one(SIGINT);
   catch_one(SIGTERM);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit is an error of writing it, like a full disk
+}
+
+void ignore_file_size_limit() {
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 int interrupt_signal() {

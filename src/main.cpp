@@ -116,6 +116,7 @@ int break_lattices() {
   // 1. start
   const auto start = Clock::now();
   crackle::catch_interrupts();
+  crackle::ignore_file_size_limit();
   crackle::register_preconditioners();
   crackle::petsc::LogStage stage("Set-up");
 

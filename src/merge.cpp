@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "crackle/error.hpp"
+#include "crackle/interrupt.hpp"
 #include "crackle/run_merge.hpp"
 
 namespace {
@@ -55,6 +56,7 @@ Request read_request(std::span<char*> words) {
 
 int main(int argc, char** argv) {
   try {
+    crackle::ignore_file_size_limit();
     const Request request = read_request({argv, static_cast<std::size_t>(argc)});
     if (request.help) {
       std::fputs(kHelp, stdout);

@@ -98,17 +98,38 @@ void write_snapshots(hid_t file, std::span<const SampleRecord> records) {
   hdf5::write<double>(group, "force", force, sample.empty() ? 1 : force.size() / sample.size());
 }
 
-void read_breaks(hid_t file, std::vector<SampleRecord>& records) {
-  const auto offset = hdf5::read<std::int64_t>(file, "samples/break_offset");
-  const auto bond = hdf5::read<std::int32_t>(file, "breaks/bond");
-  const auto load = hdf5::read<double>(file, "breaks/load");
-  const auto stiffness = hdf5::read<double>(file, "breaks/stiffness");
-  const auto all = std::min({bond.size(), load.size(), stiffness.size()});
-  const bool whole =
-      offset.size() == records.size() + 1 && offset.front() == 0 && std::ranges::is_sorted(offset);
-  if (!whole || static_cast<std::size_t>(offset.back()) != all) {
-    throw InputError("dataset /samples/break_offset", "", "S + 1 places in /breaks");
+/// A dataset of one value for each of `rows`, or with columns != nullptr of a row of as many each.
+template <class T>
+std::vector<T> read_rows(hid_t file, const std::string& name, std::size_t rows,
+                         std::size_t* columns = nullptr) {
+  std::vector<hsize_t> shape;
+  std::vector<T> values = hdf5::read<T>(file, name, &shape);
+  if (shape.size() != (columns == nullptr ? 1 : 2) || shape[0] != rows) {
+    throw InputError("shape of dataset /" + name, "",
+                     "[" + std::to_string(rows) + "]" + (columns == nullptr ? "" : "[..]"));
   }
+  if (columns != nullptr) *columns = static_cast<std::size_t>(shape[1]);
+  return values;
+}
+
+/// The values that belong to one row.
+template <class T>
+std::vector<T> row_of(const std::vector<T>& values, std::size_t row, std::size_t columns) {
+  const auto begin = values.begin() + static_cast<std::ptrdiff_t>(row * columns);
+  return {begin, begin + static_cast<std::ptrdiff_t>(columns)};
+}
+
+void read_breaks(hid_t file, std::vector<SampleRecord>& records) {
+  const auto offset = read_rows<std::int64_t>(file, "samples/break_offset", records.size() + 1);
+  std::vector<hsize_t> shape;
+  const auto bond = hdf5::read<std::int32_t>(file, "breaks/bond", &shape);
+  if (shape.size() != 1) throw InputError("shape of dataset /breaks/bond", "", "[B]");
+  if (offset.front() != 0 || !std::ranges::is_sorted(offset) || offset.back() != std::ssize(bond)) {
+    throw InputError("dataset /samples/break_offset", "",
+                     "ascending places in /breaks, from 0 to " + std::to_string(bond.size()));
+  }
+  const auto load = read_rows<double>(file, "breaks/load", bond.size());
+  const auto stiffness = read_rows<double>(file, "breaks/stiffness", bond.size());
   for (std::size_t s = 0; s < records.size(); ++s) {
     records[s].bond.assign(bond.begin() + offset[s], bond.begin() + offset[s + 1]);
     records[s].load.assign(load.begin() + offset[s], load.begin() + offset[s + 1]);
@@ -117,38 +138,33 @@ void read_breaks(hid_t file, std::vector<SampleRecord>& records) {
 }
 
 void read_profiles(hid_t file, std::vector<SampleRecord>& records) {
-  const auto peak = hdf5::read<std::int32_t>(file, "profile/peak");
-  const auto failure = hdf5::read<std::int32_t>(file, "profile/failure");
-  if (peak.size() != failure.size() || (!records.empty() && peak.size() % records.size() != 0)) {
-    throw InputError("size of /profile/peak and failure", "", "a row for each sample");
-  }
-  const std::ptrdiff_t sections = records.empty() ? 0 : std::ssize(peak) / std::ssize(records);
-  for (std::ptrdiff_t s = 0; s < std::ssize(records); ++s) {
-    records[s].profile_peak.assign(peak.begin() + s * sections, peak.begin() + (s + 1) * sections);
-    records[s].profile_failure.assign(failure.begin() + s * sections, failure.begin() + (s + 1) * sections);
+  std::size_t sections = 0;
+  const auto peak = read_rows<std::int32_t>(file, "profile/peak", records.size(), &sections);
+  std::size_t same = 0;
+  const auto failure = read_rows<std::int32_t>(file, "profile/failure", records.size(), &same);
+  if (same != sections) throw InputError("columns of /profile/failure", "", "those of /profile/peak");
+  for (std::size_t s = 0; s < records.size(); ++s) {
+    records[s].profile_peak = row_of(peak, s, sections);
+    records[s].profile_failure = row_of(failure, s, sections);
   }
 }
 
 void read_snapshots(hid_t file, std::vector<SampleRecord>& records) {
   const auto sample = hdf5::read<std::int64_t>(file, "snapshots/sample");
-  const auto number = hdf5::read<std::int32_t>(file, "snapshots/number");
-  const auto displacement = hdf5::read<double>(file, "snapshots/displacement");
-  const auto force = hdf5::read<double>(file, "snapshots/force");
-  const auto count = std::ssize(sample);
-  const auto fits = [count](std::ptrdiff_t size) { return count == 0 ? size == 0 : size % count == 0; };
-  if (std::ssize(number) != count || !fits(std::ssize(displacement)) || !fits(std::ssize(force))) {
-    throw InputError("sizes of /snapshots", "", "as many as /snapshots/sample has");
-  }
-  const auto part = [count](const std::vector<double>& values, std::ptrdiff_t i) {
-    const std::ptrdiff_t width = std::ssize(values) / count;
-    return std::vector<double>(values.begin() + i * width, values.begin() + (i + 1) * width);
-  };
+  std::size_t displacements = 0;
+  std::size_t forces = 0;
+  const auto number = read_rows<std::int32_t>(file, "snapshots/number", sample.size());
+  const auto displacement = read_rows<double>(file, "snapshots/displacement", sample.size(), &displacements);
+  const auto force = read_rows<double>(file, "snapshots/force", sample.size(), &forces);
   std::unordered_map<std::int64_t, SampleRecord*> owner;
   for (SampleRecord& record : records) owner[record.summary.index] = &record;
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < sample.size(); ++i) {
     const auto found = owner.find(sample[i]);
-    if (found == owner.end()) throw InputError("dataset /snapshots/sample", "", "samples of the file");
-    found->second->snapshots.push_back({number[i], part(displacement, i), part(force, i)});
+    if (found == owner.end()) {
+      throw InputError("dataset /snapshots/sample", std::to_string(sample[i]), "numbers in /samples/index");
+    }
+    found->second->snapshots.push_back(
+        {number[i], row_of(displacement, i, displacements), row_of(force, i, forces)});
   }
 }
 
@@ -180,8 +196,11 @@ RunHeader read_head(hid_t file) {
   if (hdf5::has_attribute(file, "network_checksum")) {
     header.checksum = hdf5::read_text(file, "network_checksum");
   }
-  if (hdf5::has_attribute(file, "bonds")) {
-    header.bonds = static_cast<BondId>(std::clamp(hdf5::read_number(file, "bonds"), 0.0, 0x1p31 - 1));
+  for (const auto& [name, count] :
+       {std::pair{"nodes", &header.nodes}, std::pair{"components", &header.components},
+        std::pair{"bonds", &header.bonds}}) {
+    if (!hdf5::has_attribute(file, name)) continue;
+    *count = static_cast<std::int32_t>(std::clamp(hdf5::read_number(file, name), 0.0, 0x1p31 - 1));
   }
   return header;
 }
@@ -196,7 +215,9 @@ RecordOptions find_parts(hid_t file) {
 /// The parts of a file, which must be those at least that its options ask for.
 RecordFacts find_facts(hid_t file) {
   const RunHeader header = read_head(file);
-  RecordFacts facts{.bonds = header.bonds, .record = find_parts(file)};
+  RecordFacts facts{.bonds = header.bonds,
+                    .displacements = static_cast<std::int64_t>(header.nodes) * header.components,
+                    .record = find_parts(file)};
   const std::string asked = "," + option_value(header.options, "-record") + ",";
   for (const auto& [word, group, there] : {std::tuple{",breaks,", "/breaks", facts.record.breaks},
                                            {",profile,", "/profile", facts.record.profile},
@@ -211,12 +232,13 @@ RecordFacts find_facts(hid_t file) {
 
 std::vector<SampleRecord> read_file(hid_t file) {
   const RecordFacts facts = find_facts(file);
-  const auto index = hdf5::read<std::int64_t>(file, "samples/index");
+  std::vector<hsize_t> shape;
+  const auto index = hdf5::read<std::int64_t>(file, "samples/index", &shape);
+  if (shape.size() != 1) throw InputError("shape of dataset /samples/index", "", "[S]");
   std::vector<SampleRecord> records(index.size());
   const auto fill = [&](const std::string& name, auto SampleSummary::*field) {
     using T = std::remove_reference_t<decltype(records[0].summary.*field)>;
-    const auto values = hdf5::read<T>(file, "samples/" + name);
-    if (values.size() != records.size()) throw InputError("size of /samples/" + name, "", "that of index");
+    const auto values = read_rows<T>(file, "samples/" + name, records.size());
     for (std::size_t s = 0; s < records.size(); ++s) records[s].summary.*field = values[s];
   };
   fill("index", &SampleSummary::index);
@@ -226,6 +248,7 @@ std::vector<SampleRecord> read_file(hid_t file) {
   fill("wall_time", &SampleSummary::wall_time);
   fill("n_p", &SampleSummary::n_p);
   fill("n_f", &SampleSummary::n_f);
+  check_numbers(index);
   if (facts.record.breaks) read_breaks(file, records);
   if (facts.record.profile) read_profiles(file, records);
   if (facts.record.snapshot) read_snapshots(file, records);
@@ -238,7 +261,11 @@ void write_head(hid_t file, const RunHeader& header) {
   hdf5::write_attribute(file, "code_version", std::string(kVersion));
   hdf5::write_attribute(file, "options", header.options);
   hdf5::write_attribute(file, "created", now());
-  if (header.bonds > 0) hdf5::write_attribute(file, "bonds", header.bonds);
+  for (const auto& [name, count] :
+       {std::pair{"nodes", header.nodes}, std::pair{"components", header.components},
+        std::pair{"bonds", header.bonds}}) {
+    if (count > 0) hdf5::write_attribute(file, name, count);
+  }
   if (!header.checksum.empty()) hdf5::write_attribute(file, "network_checksum", header.checksum);
 }
 

@@ -263,6 +263,8 @@ RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
   auto options = scene.options;
   options["-model"] = intact.network.model == Model::fuse ? "fuse" : "spring";
   header.options = format_options(options);
+  header.nodes = intact.network.lattice.nodes();
+  header.components = intact.network.components;
   header.bonds = intact.network.bonds();
   if (scene.network.from_file) header.checksum = checksum(intact);
   if (!scene.output.record.network) return header;

@@ -24,6 +24,10 @@ std::vector<std::string> paths_ending(const std::string& output, const char* ext
   return paths;
 }
 
+std::int64_t index_of(const SampleRecord& record) {
+  return record.summary.index;
+}
+
 void write_shard(const std::string& path, std::span<const std::byte> content) {
   write_for_run(path, path + ".part", content);
 }
@@ -81,6 +85,7 @@ std::string ShardWriter::next_path() {
 void ShardWriter::flush() {
   last_flush_ = std::chrono::steady_clock::now();
   if (waiting_.empty()) return;
+  std::ranges::sort(waiting_, {}, index_of);
   const std::string path = next_path();
   write_shard(path, format_run(header_, record_, waiting_));
   for (const SampleRecord& record : waiting_)
@@ -96,6 +101,7 @@ void ShardWriter::gather() {
   for (const std::string& path : own_) {
     for (SampleRecord& record : read_records(path)) records.push_back(std::move(record));
   }
+  std::ranges::sort(records, {}, index_of);
   write_shard(next_path(), format_run(header_, record_, records));
   for (const std::string& path : own_) std::remove(path.c_str());
   own_.clear();

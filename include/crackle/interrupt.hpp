@@ -4,8 +4,10 @@
 namespace crackle {
 
 /// Catches both signals, until the end of the process. Call it after PETSc has started, which has handlers of its own.
-/// A limit on the size of files (SIGXFSZ) makes writing fail instead of ending the process.
 void catch_interrupts();
+
+/// A limit on the size of files (SIGXFSZ) makes writing fail, like a full disk, instead of ending the process.
+void ignore_file_size_limit();
 
 /// The signal that came, 0: none yet.
 [[nodiscard]] int interrupt_signal();

@@ -1,7 +1,7 @@
 /// One file of the run file's schema, written and read whole.
 ///
 ///     /                      attributes: schema_version, code_version, options (one "-name value" a line), created;
-///                            bonds, M; network_checksum, of a network that came from a file
+///                            nodes, components, bonds: N, c, M; network_checksum, of a network from a file
 ///     /samples/NAME          [S] index, peak_load, peak_displacement, n_p, n_f, initial_stiffness, wall_time
 ///     /samples/break_offset  int64[S+1] where each sample's breaks start (with -record breaks, as all of /breaks)
 ///     /breaks/bond, load, stiffness       [B] int32, float64, float64
@@ -29,7 +29,9 @@ inline constexpr std::int32_t kSchemaVersion = 2;
 struct RunHeader {
   std::string options;               ///< every option of the run, "-name value" a line, sorted by name
   std::string checksum;              ///< of a network from a file, which -resume compares; else empty
-  BondId bonds = 0;                  ///< M; 0: not told
+  NodeId nodes = 0;                  ///< N; 0: not told, like the next two
+  std::int32_t components = 0;       ///< c
+  BondId bonds = 0;                  ///< M
   const Network* network = nullptr;  ///< for -record network; else null
   std::vector<double> threshold{};   ///< written with it; may be empty
 };

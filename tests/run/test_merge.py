@@ -135,7 +135,7 @@ def test_sample_numbers_up_to_the_largest(tmp_path):
     for number in (2**63 - 1, -1):
         with h5py.File(tmp_path / "1.h5", "r+") as file:
             file["samples/index"][1] = number
-        refused(tmp_path, "0.h5", "1.h5", "-output", "new.h5", names=["1.h5", str(number), "each once"])
+        refused(tmp_path, "0.h5", "1.h5", "-output", "new.h5", names=["1.h5", str(number), "ascending"])
 
 
 def test_overwrite_replaces(tmp_path):

@@ -56,7 +56,7 @@ def test_rows_of_samples_follow_from_their_breaks(tmp_path):
 def test_attributes(tmp_path):
     succeed(tmp_path, SMALL)
     found = attributes(tmp_path / OUTPUT)
-    assert found.keys() == {"schema_version", "code_version", "options", "created", "bonds"}
+    assert found.keys() == {"schema_version", "code_version", "options", "created", "nodes", "components", "bonds"}
     assert found["schema_version"] == 2 and found["bonds"] == 96
     assert [int(number) >= 0 for number in found["code_version"].split(b".")]
     np.datetime64(found["created"].decode().rstrip("Z"))
@@ -72,7 +72,7 @@ def test_links_are_followed_and_permissions_kept(tmp_path):
         assert sorted(contents(tmp_path)) == [OUTPUT, "scratch", "scratch/run.h5"]
         (tmp_path / "scratch" / "run.h5").chmod(0o640)
     assert (tmp_path / "scratch" / "run.h5").stat().st_mode & 0o777 == 0o640
-    assert len(datasets(tmp_path / OUTPUT)["/samples/index"]) == 3
+    assert len(read_run(tmp_path / OUTPUT)) == 3
 
 
 def test_one_file_and_no_more(tmp_path):

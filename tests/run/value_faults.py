@@ -12,7 +12,7 @@ def replace(file, name, values):
     """A dataset with other values, shape or type, kept as the one before was: with checksums, if it had them."""
     old = file[name]
     values = np.asarray(values)
-    filters = {"fletcher32": True, "chunks": True} if old.fletcher32 and values.size else {}
+    filters = {"fletcher32": True, "chunks": True} if old.fletcher32 and values.size and values.ndim else {}
     del file[name]
     file.create_dataset(name, data=values, **filters)
 

@@ -15,6 +15,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 RecordFacts all_parts() {
   return {.bonds = test::kRecordBonds,
+          .displacements = test::kRecordDisplacements,
           .record = {.breaks = true, .profile = true, .snapshot = true, .snapshot_at = {}}};
 }
 
@@ -44,21 +45,19 @@ TEST(RecordCheck, RefusesNumbersThatCanNotBe) {
     expect_refused_record("peak_displacement", [bad](SampleRecord& r) { r.summary.peak_displacement = bad; });
     expect_refused_record("wall_time", [bad](SampleRecord& r) { r.summary.wall_time = bad; });
     expect_refused_record("initial_stiffness", [bad](SampleRecord& r) { r.summary.initial_stiffness = bad; });
-    expect_refused_record("a load", [bad](SampleRecord& r) { r.load[2] = bad; });
-    expect_refused_record("a stiffness", [bad](SampleRecord& r) { r.stiffness[0] = bad; });
-    expect_refused_record("snapshot",
+    expect_refused_record("/breaks/load", [bad](SampleRecord& r) { r.load[2] = bad; });
+    expect_refused_record("/breaks/stiffness", [bad](SampleRecord& r) { r.stiffness[0] = bad; });
+    expect_refused_record("/snapshots/force",
                           [bad](SampleRecord& r) { r.snapshots[0].force[3] = bad == -1.0 ? kNan : bad; });
   }
-  expect_refused_record("a stiffness", [](SampleRecord& r) { r.stiffness[2] = 0; });
+  expect_refused_record("/breaks/stiffness", [](SampleRecord& r) { r.stiffness[2] = 0; });
   expect_refused_record("initial_stiffness", [](SampleRecord& r) { r.summary.initial_stiffness = 0; });
-  expect_refused_record("number of a sample", [](SampleRecord& r) { r.summary.index = -1; });
-  expect_refused_record("number of a sample", [](SampleRecord& r) { r.summary.index = kLastSample + 1; });
 }
 
 TEST(RecordCheck, RefusesBreaksThatCanNotBe) {
   expect_refused_record("bond", [](SampleRecord& r) { r.bond[1] = -1; });
   expect_refused_record("0 to 4", [](SampleRecord& r) { r.bond[1] = test::kRecordBonds; });
-  expect_refused_record("twice", [](SampleRecord& r) { r.bond[2] = r.bond[0]; });
+  expect_refused_record("no bond twice", [](SampleRecord& r) { r.bond[2] = r.bond[0]; });
   expect_refused_record("n_f", [](SampleRecord& r) { r.summary.n_f = 2; });
   expect_refused_record("n_f", [](SampleRecord& r) { r.summary.n_f = -3; });
   expect_refused_record("n_p", [](SampleRecord& r) { r.summary.n_p = 1; });
@@ -74,25 +73,29 @@ TEST(RecordCheck, RefusesProfilesAndSnapshotsThatDoNotFit) {
   expect_refused_record("profile/failure", [](SampleRecord& r) { r.profile_failure = {1, 3}; });
   expect_refused_record("profile", [](SampleRecord& r) { r.profile_peak = {2, 0}; });
   expect_refused_record("profile", [](SampleRecord& r) { r.profile_failure = {-1, 4}; });
-  expect_refused_record("break of a snapshot", [](SampleRecord& r) { r.snapshots[0].number = 0; });
-  expect_refused_record("break of a snapshot", [](SampleRecord& r) { r.snapshots[0].number = 4; });
-  expect_refused_record("forces", [](SampleRecord& r) { r.snapshots[0].force.pop_back(); });
-  expect_refused_record("force in broken bond", [](SampleRecord& r) {
+  expect_refused_record("/snapshots/number", [](SampleRecord& r) { r.snapshots[0].number = 0; });
+  expect_refused_record("/snapshots/number", [](SampleRecord& r) { r.snapshots[0].number = 4; });
+  expect_refused_record("5 numbers", [](SampleRecord& r) { r.snapshots[0].force.pop_back(); });
+  expect_refused_record("of broken bond", [](SampleRecord& r) {
     r.snapshots[1].force[static_cast<std::size_t>(r.bond[0])] = 1;
   });
 }
 
-TEST(RecordCheck, RefusesSamplesTwiceAndSnapshotsMissing) {
-  test::expect_refused(
-      [] {
-        check_records(std::vector{test::sample_record(3), test::sample_record(3)}, all_parts());
-      },
-      {"number of a sample", "3", "each once"});
+TEST(RecordCheck, RefusesNumbersThatDoNotAscend) {
+  using Numbers = std::vector<std::int64_t>;
+  EXPECT_NO_THROW(check_numbers(Numbers{}));
+  EXPECT_NO_THROW(check_numbers(Numbers{0, 1, 7, kLastSample}));
+  for (const Numbers& numbers : {Numbers{-1}, Numbers{3, 3}, Numbers{4, 3}, Numbers{0, kLastSample + 1}}) {
+    test::expect_refused([&] { check_numbers(numbers); }, {"/samples/index", "ascending"});
+  }
+}
+
+TEST(RecordCheck, RefusesSnapshotsMissing) {
   RecordFacts facts = all_parts();
   facts.record.snapshot_at = {1, 2, 100};
   EXPECT_NO_THROW(check_records(std::vector{test::sample_record(2)}, facts));
   test::expect_refused([&] { check_records(std::vector{test::sample_record(1)}, facts); },
-                       {"snapshots", "-record_snapshot_at"});
+                       {"/snapshots/number", "-record_snapshot_at"});
 }
 
 }  // namespace
