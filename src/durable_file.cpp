@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <utility>
+#include <vector>
 
 #include "crackle/error.hpp"
 
@@ -97,12 +98,6 @@ void replace(const std::string& path, const std::string& temporary, std::span<co
   if (rename(temporary.c_str(), path.c_str()) != 0) throw WriteError(path, errno);
 }
 
-void sync_folder_of(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
-  const std::string place = folder.empty() ? "." : folder.string();
-  if (access(place.c_str(), R_OK) == 0) Descriptor(path, place, O_RDONLY | O_DIRECTORY).sync();
-}
-
 }  // namespace
 
 WriteError::WriteError(const std::string& path, int reason) : WriteError(path, system_reason(reason)) {}
@@ -134,6 +129,12 @@ void write_durably(const std::string& path, const std::string& temporary,
     throw;
   }
   sync_folder_of(path);
+}
+
+void sync_folder_of(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  const std::string place = folder.empty() ? "." : folder.string();
+  if (access(place.c_str(), R_OK) == 0) Descriptor(path, place, O_RDONLY | O_DIRECTORY).sync();
 }
 
 }  // namespace crackle

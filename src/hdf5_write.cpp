@@ -90,7 +90,7 @@ Bytes NewFile::finish() {
   file_.release();
   std::uint64_t size = 0;
   std::memcpy(&size, image_->data + kEndOfFile, sizeof size);
-  return {image_->data, image_->data + size};
+  return {std::exchange(image_->data, nullptr), size};
 }
 
 Handle create_group(hid_t where, const std::string& name) {

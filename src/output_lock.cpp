@@ -45,8 +45,9 @@ void OutputLock::take(const std::string& output) {
 /// False: its last holder took it away between our steps.
 bool OutputLock::try_once(const std::string& path) {
   std::error_code failure;
-  fs::create_directories(shard_folder(output_), failure);
+  const bool made = fs::create_directories(shard_folder(output_), failure);
   if (failure) throw WriteError(shard_folder(output_), failure.message());
+  if (made) sync_folder_of(shard_folder(output_));
   is_new_ = !fs::exists(path);
   const int descriptor =
       open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kForAll);  // NOLINT(*-vararg): POSIX

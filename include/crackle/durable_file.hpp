@@ -2,14 +2,29 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdlib>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace crackle {
 
-using Bytes = std::vector<std::byte>;
+/// The bytes of a file, in memory that malloc gave.
+class Bytes {
+ public:
+  Bytes(std::byte* data, std::size_t size) : data_(data), size_(size) {}
+  operator std::span<const std::byte>() const {
+    return {data_.get(), size_};
+  }  // NOLINT(*-explicit-*): a view
+
+ private:
+  struct Free {
+    void operator()(std::byte* data) const { std::free(data); }  // NOLINT(*-no-malloc)
+  };
+  std::unique_ptr<std::byte, Free> data_;
+  std::size_t size_;
+};
 
 /// A file could not be written: names it and the system's reason. Nothing of that name has changed.
 class WriteError : public std::runtime_error {
@@ -38,5 +53,8 @@ class WriteError : public std::runtime_error {
 ///
 /// Throws WriteError when any of that fails: a full disk, say, which a system may tell of as late as in the sync.
 void write_durably(const std::string& path, const std::string& temporary, std::span<const std::byte> content);
+
+/// Syncs the folder that `path` is in, so that a name that was made there stays. Throws WriteError naming `path`.
+void sync_folder_of(const std::string& path);
 
 }  // namespace crackle

@@ -15,9 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Bytes bytes_of(const std::string& text) {
-  const auto view = std::as_bytes(std::span(text));
-  return {view.begin(), view.end()};
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text));
 }
 
 std::string text_of(const std::string& path) {
