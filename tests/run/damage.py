@@ -6,35 +6,20 @@ import os
 import pickle
 import random
 import select
-import shlex
 import shutil
 import signal
-import subprocess
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import h5py
 import numpy as np
 from comparison_file import read_comparison
-from program import CRACKLE, contents, environment, start
+from program import contents, execute, kill, start
 from run_file import read_run
 
 SECONDS = 10         # no use of such small files may take longer
 SUPERBLOCK = 96      # bytes at the start of a file that describe the file
-MERGE = Path(CRACKLE).with_name("crackle_merge")
-COMPARE = os.environ.get("CRACKLE_COMPARE", str(Path(CRACKLE).with_name("crackle_compare")))
-PROGRAMS = {"crackle": CRACKLE, "crackle_merge": MERGE, "crackle_compare": COMPARE}
-
-
-def execute(folder, line, prepare=None):
-    """A command line to its end; status None: it didn't come to one. Status, stdout, stderr."""
-    program, *words = shlex.split(line)
-    try:
-        result = subprocess.run([PROGRAMS[program], *words], cwd=folder, env=environment(), stdin=subprocess.DEVNULL,
-                                capture_output=True, timeout=SECONDS, preexec_fn=prepare, check=False)
-    except subprocess.TimeoutExpired:
-        return None, "", ""
-    return result.returncode, result.stdout.decode(errors="replace"), result.stderr.decode(errors="replace")
 
 
 def content(path):
@@ -124,8 +109,8 @@ class Kind:
             if callable(line):
                 line(self.whole)
                 continue
-            status, _, said = execute(self.whole, line)
-            assert status == 0, f"{line}: {said}"
+            result = execute(self.whole, line)
+            assert result.returncode == 0, f"{line}: {result.stderr}"
         for use in self.uses:
             verdict, what = self.use(use, self.whole / self.file, self.whole.parent / "used")
             assert verdict == "right", f"{self.name}, {use.name}: {verdict}: {what}"
@@ -140,17 +125,20 @@ class Kind:
         if damaged != self.whole / self.file:
             shutil.copyfile(damaged, scratch / self.file)
         before = contents(scratch)
-        status, _, said = execute(scratch, use.line)
-        if status is None or status not in (0, 1):
-            return "crash" if status else "hangs", f"status {status}: {said[:500]}"
-        if status == 1:
-            return self._refusal(use, said, before, contents(scratch))
-        found = in_child(content, scratch / use.output)[1]
+        result = execute(scratch, use.line, seconds=SECONDS)
+        if result.returncode not in (0, 1):
+            verdict = "hangs" if result.returncode is None else "crash"
+            return verdict, f"status {result.returncode}: {result.stderr[:500]}"
+        if result.returncode == 1:
+            return self._refusal(use, result.stderr, before, contents(scratch))
+        read, found = in_child(content, scratch / use.output)
+        if read != "ended":
+            return "silent", f"an output that can't be read: {found}"
         for name in use.but:
             found.pop(name, None)
         expected = self.expected.setdefault(use.name, found)
         differing = [name for name in expected.keys() | found.keys() if expected.get(name) != found.get(name)]
-        return ("right", "") if not differing else ("silent", f"other {', '.join(sorted(differing))}")
+        return ("right", "") if not differing else ("silent", f"other {', '.join(sorted(map(str, differing)))}")
 
     def _refusal(self, use, said, before, after):
         program = use.line.split()[0]
@@ -274,17 +262,12 @@ def leave_a_shard(folder):
 
 
 def leave_a_checkpoint(folder):
-    """Of a run that a signal ended in the middle of its sample."""
-    for _ in range(20):
-        for path in (folder / "run.h5.shards", folder / "run.h5"):
-            subprocess.run(["rm", "-rf", path], check=True)
-        process = start(folder, BEGUN.removeprefix("crackle "))
-        assert any(line.startswith("-stop ") for line in process.stdout), process.communicate()[1]
-        process.send_signal(signal.SIGTERM)
-        process.communicate(timeout=SECONDS)
-        if (folder / "run.h5.shards/0.checkpoint").exists():
-            return
-    raise AssertionError("no run was ended in the middle of its sample")
+    """Of a run that was killed in the middle of its sample; verifying every break slows it."""
+    process = start(folder, f"{BEGUN.removeprefix('crackle ')} -checkpoint_every 0 -equilibrium_tree_verify")
+    while not (folder / "run.h5.shards/0.checkpoint").exists():
+        assert process.poll() is None, f"the run ended too early: {process.communicate()[1]}"
+        time.sleep(0.002)
+    kill(process)
 
 
 def kinds():

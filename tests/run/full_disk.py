@@ -6,23 +6,19 @@ import functools
 import os
 import re
 import resource
-import shlex
 import subprocess
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from program import CRACKLE, datasets, environment
+from program import datasets, execute
 
 KIB = 1024
 PAGE = 4       # KiB: what a tmpfs hands out at a time
 ROOM = 65536   # KiB: what everything fits in
 LONGEST = 30   # seconds
-HANGS = 1000   # stands for an exit status
 NAMES = 1000   # files and folders: more than anything here makes
-PROGRAMS = {"crackle": CRACKLE, "crackle_merge": Path(CRACKLE).with_name("crackle_merge"),
-            "crackle_compare": Path(CRACKLE).with_name("crackle_compare")}
 SOLVERS = ",".join(str(Path(__file__).resolve().parents[2] / "options" / f"solver_{name}.opts")
                    for name in ("tree", "updown"))
 
@@ -101,22 +97,6 @@ ATTEMPTS = [
 ]
 
 
-def execute(folder, line, ranks=0, largest=None):
-    """A command line to its end; largest: bytes that a file may grow to."""
-    def limit():
-        if largest is not None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
-
-    program, *words = shlex.split(line)
-    launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks else []
-    words = [*launcher, PROGRAMS[program], *words]
-    try:
-        return subprocess.run(words, cwd=folder, env=environment(), preexec_fn=limit, stdin=subprocess.DEVNULL,
-                              capture_output=True, text=True, errors="replace", timeout=LONGEST, check=False)
-    except subprocess.TimeoutExpired:
-        return subprocess.CompletedProcess(words, HANGS, "", "")
-
-
 def numbers(path):
     """What must not depend on anything: all datasets as bytes, what was timed aside."""
     timed = re.compile("/samples/wall_time|/strategies/.*/(time|total|set_up|phase)")
@@ -134,15 +114,6 @@ def samples_of(path):
     return {int(index): ([found[name][s].tobytes() for name in sorted(rows)] +
                          [found[name][offset[s]:offset[s + 1]].tobytes() for name in sorted(breaks)])
             for s, index in enumerate(found["/samples/index"])}
-
-
-def finished(folder, output):
-    """The samples that are in a run's file and its shards; every file must be whole."""
-    found = {}
-    for path in [folder / output, *sorted((folder / f"{output}.shards").glob("*.h5"))]:
-        if path.exists():
-            found.update(samples_of(path))
-    return found
 
 
 def finished(folder, output):
@@ -186,7 +157,7 @@ def is_right(attempt, folder):
 def fault_of_the_end(attempt, result, folder):
     """How the program ended: "", or what is wrong with that."""
     if result.returncode not in (0, 1):
-        return "hangs" if result.returncode == HANGS else "crashed"
+        return "hangs" if result.returncode is None else "crashed"
     if result.returncode == 0:
         left = [*folder.glob("*.part*"), *folder.glob("*.shards")]
         return "lied" if not is_right(attempt, folder) else "left over" if left or result.stderr else ""
@@ -221,7 +192,7 @@ def judge(attempt, folder, whole, result, make_room):
     make_room()
     if result.returncode == 0:
         return fault or "right"
-    after = execute(folder, attempt.again, attempt.ranks)
+    after = execute(folder, attempt.again, attempt.ranks, seconds=LONGEST)
     if after.returncode != 0 or not is_right(attempt, folder):
         return f"{fault or 'told'}, wrong after room was made"
     return fault or "told"
@@ -232,7 +203,7 @@ def try_on(disk, attempt, **room):
     disk.clear()
     whole = prepare(attempt, disk.folder)
     disk.leave(**room)
-    result = execute(disk.folder, attempt.line, attempt.ranks)
+    result = execute(disk.folder, attempt.line, attempt.ranks, seconds=LONGEST)
     return judge(attempt, disk.folder, whole, result, disk.leave), result.stderr
 
 
@@ -241,8 +212,11 @@ def try_under_limit(folder, attempt, largest):
     shared memory would be limited, too.
     """
     assert attempt.ranks == 0
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+
     whole = prepare(attempt, folder)
-    result = execute(folder, attempt.line, largest=largest)
+    result = execute(folder, attempt.line, prepare=limit, seconds=LONGEST)
     return judge(attempt, folder, whole, result, lambda: None), result.stderr
 
 

@@ -27,11 +27,11 @@ import h5py
 import numpy as np
 
 import conftest  # pylint: disable=unused-import  # makes postprocess importable
-from damage import GOOD, PROGRAMS, damaged_uses, execute, in_child, kinds
+from damage import GOOD, SECONDS, damaged_uses, in_child, kinds
 from fuzz_networks import write_strange_network
 from fuzz_options import as_line, strange_file, strange_words
 from networks import small_network
-from program import contents, options_of, whole_run
+from program import PROGRAMS, contents, execute, options_of, whole_run
 from run_file import read_run
 
 GIB = 2**30
@@ -60,8 +60,9 @@ def limit_memory():
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
-def rule_broken_by_the_end(status, stdout, stderr):
+def rule_broken_by_the_end(result):
     """Of a program that was run: "" or the rule."""
+    status, stderr = result.returncode, result.stderr
     alarm = next((word for word in ALARMS if word in stderr), None)
     if alarm:
         return alarm
@@ -79,23 +80,30 @@ def rule_broken_by_the_end(status, stdout, stderr):
     return "a line for programmers" if re.search(r"\.[ch]pp|std::|bad_alloc|PETSc error \d", stderr) else ""
 
 
-def rule_broken_in_files(status, stdout, before, after, output):
-    """Inputs stay as they are; outputs, unless a run has begun."""
+def rule_broken_in_files(result, before, after, folder, output):
+    """Inputs stay as they are. Outputs, too, unless a run has begun: then a run is there, readable, if without samples."""
     ours = {output, f"{output}.shards"}
     touched = [name for name in before.keys() | after.keys() if before.get(name, ()) != after.get(name, ())]
     inputs = [name for name in touched if name.split("/")[0] not in ours]
     if inputs:
         return f"touched {', '.join(sorted(inputs))}"
-    return "touched the output" if touched and status == 1 and not ECHOED.search(stdout) else ""
+    if not touched or result.returncode == 0:
+        return ""
+    return implausible(folder / output) if ECHOED.search(result.stdout) else "touched the output"
+
+
+def implausible(path):
+    """Whether a run file can't be read, or holds what can't be."""
+    verdict, what = in_child(lambda: len(read_run(path)))
+    return "" if verdict == "ended" else f"left a run that can't be read: {what}"
 
 
 def end_of(folder, line, output="run.h5"):
     """Runs a line in a folder: the rule that was broken, or ""; status; what was said."""
     before = contents(folder)
-    status, stdout, stderr = execute(folder, line, limit_memory)
-    rule = rule_broken_by_the_end(status, stdout, stderr)
-    rule = rule or rule_broken_in_files(status, stdout, before, contents(folder), output)
-    return rule, status, stderr
+    result = execute(folder, line, prepare=limit_memory, seconds=SECONDS)
+    rule = rule_broken_by_the_end(result) or rule_broken_in_files(result, before, contents(folder), folder, output)
+    return rule, result.returncode, result.stderr
 
 
 def numbers_used(folder):
@@ -107,7 +115,8 @@ def numbers_used(folder):
                 continue
             found = used["network"][name][...]
             with np.errstate(all="ignore"):
-                same = found.shape == wanted.shape and np.array_equal(found, wanted[...].astype(found.dtype))
+                alike = found.shape == wanted.shape or wanted.shape == (1, *found.shape)  # thresholds of one sample
+                same = alike and np.array_equal(found.ravel(), wanted[...].astype(found.dtype).ravel())
             if not same:
                 return name
     return ""
@@ -129,11 +138,6 @@ def examine_network(chance, folder):
             rule = f"used other numbers than {what}" if verdict == "ended" and what else ""
             rule = rule or implausible(folder / "run.h5")
     return [Fault(rule, "; ".join(done), line, said)] if rule else []
-
-
-def implausible(path):
-    verdict, what = in_child(lambda: len(read_run(path)))
-    return "" if verdict == "ended" else f"left a run that can't be read: {what}"
 
 
 def examine_options_file(chance, folder):

@@ -55,7 +55,7 @@ def strange_option(chance):
 
 def strange_words(chance):
     """The words of a command line."""
-    words = ["-lattice_size", chance.choice("123"), "-monitor", "none"]
+    words = ["-lattice_size", chance.choice("1234"), "-monitor", "none"]
     for _ in range(chance.choice((1, 1, 1, 1, 2))):
         name, value = strange_option(chance)
         words += [*BESIDE.get(name, "").split(), name, *([value] if value else [])]

@@ -17,6 +17,8 @@ import numpy as np
 CRACKLE = os.environ.get("CRACKLE", "crackle")
 OUTPUT = "crackle.h5"  # the default of -output
 LONGEST = 120          # seconds
+PROGRAMS = {"crackle": CRACKLE, "crackle_merge": str(Path(CRACKLE).with_name("crackle_merge")),
+            "crackle_compare": os.environ.get("CRACKLE_COMPARE", str(Path(CRACKLE).with_name("crackle_compare")))}
 
 
 def environment():
@@ -43,6 +45,23 @@ def run(folder, line, ranks=0, prepare=None):
     return subprocess.run(command(line, ranks), cwd=folder, env=environment(), preexec_fn=prepare,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                           timeout=LONGEST, encoding="utf-8", errors="replace", check=False)
+
+
+def execute(folder, line, ranks=0, prepare=None, seconds=LONGEST):
+    """The same of any program, which the line names: "crackle_merge a.h5 -output b.h5". returncode None: it had to be
+    killed after so many seconds.
+    """
+    program, *words = shlex.split(line)
+    launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks else []
+    process = subprocess.Popen([*launcher, PROGRAMS[program], *words], cwd=folder, env=environment(), preexec_fn=prepare,
+                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               encoding="utf-8", errors="replace")
+    try:
+        out, err = process.communicate(timeout=seconds)
+        return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+    except subprocess.TimeoutExpired:
+        kill(process)
+        return subprocess.CompletedProcess(process.args, None, "", "")
 
 
 def succeed(folder, line, ranks=0):
