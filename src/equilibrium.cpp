@@ -203,8 +203,10 @@ std::string equilibrium_names() {
 
 std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const EquilibriumOptions& options,
                                               PhaseTimes& times) {
-  if (options.strategy == "tree")
-    return make_equilibrium_tree(network, options, times, {.verify = options.verify});
+  if (options.strategy == "tree") {
+    return make_equilibrium_tree(network, options, times,
+                                 {.verify = options.verify, .kernels = options.kernels});
+  }
   if (options.strategy == "ksp") return make_equilibrium_ksp(network, options, times);
   if (options.strategy == "dense") return make_equilibrium_dense(network, options, times);
   throw InputError("-equilibrium", options.strategy, equilibrium_names());

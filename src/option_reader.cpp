@@ -42,6 +42,7 @@ bool Reader::flag(const char* name) {
   if (PetscOptionsGetBool(nullptr, nullptr, name, &value, nullptr) != 0) {
     throw InputError(name, text(name), "nothing, true or false");
   }
+  used_[name] = value == PETSC_TRUE ? "true" : "false";
   return value == PETSC_TRUE;
 }
 

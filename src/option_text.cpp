@@ -66,6 +66,8 @@ constexpr std::array kOptions = {
         false},
     OptionText{"-equilibrium_check_bound", "1e-12", "a number above 0",
                "of -equilibrium_check: largest backward error that is believed", false},
+    OptionText{"-equilibrium_tree_kernels", "auto", "auto, plain, avx2 or avx512, as the processor has them",
+               "instruction set of tree's inner loops (auto: the fastest); decides last bits of loads", true},
     OptionText{"-equilibrium_tree_verify", "false", "true or false",
                "compare every break of tree with a full solve by a fresh factor (slow)", false},
     OptionText{"-equilibrium_tree_view", "false", "true or false", "what tree did, after the summary", false},
@@ -91,6 +93,9 @@ constexpr std::array kOptions = {
     OptionText{"-monitor", "auto", "auto or none", "progress: a bar on a terminal, a line a minute elsewhere",
                false},
 };
+
+/// Files written before this option was there don't say what they were broken with.
+constexpr const char* kSinceLater = "-equilibrium_tree_kernels";
 
 /// PETSc looks at these in its first solve, when it ends, or never where they are already obeyed.
 constexpr std::array kLateOptions = {"ksp_converged_reason",
@@ -252,6 +257,7 @@ std::string differing_options(const std::string& ours, const std::string& theirs
   names.insert(there.begin(), there.end());
   std::string result;
   for (const auto& [name, unused] : names) {
+    if (name == kSinceLater && (!here.contains(name) || !there.contains(name))) continue;
     const std::string mine = here.contains(name) ? here.at(name) : "not given";
     const std::string other = there.contains(name) ? there.at(name) : "none";
     if (mine == other) continue;

@@ -4,10 +4,13 @@
 #include <filesystem>
 #include <limits>
 #include <set>
+#include <span>
 
 #include "crackle/error.hpp"
 #include "crackle/option_reader.hpp"
 #include "crackle/option_text.hpp"
+#include "crackle/petsc_handle.hpp"
+#include "crackle/tree_kernels.hpp"
 
 namespace crackle {
 
@@ -154,6 +157,29 @@ EnsembleOptions read_ensemble(Reader& reader, bool one_sample) {
   return options;
 }
 
+/// Those that every processor of the run has: a sample's bits must not depend on who breaks it. Collective.
+std::span<const TreeKernels* const> common_kernels() {
+  const auto own = tree_kernels();  // the fastest first; who runs one runs those after it
+  auto fewest = static_cast<int>(own.size());
+  petsc::check(MPI_Allreduce(MPI_IN_PLACE, &fewest, 1, MPI_INT, MPI_MIN, PETSC_COMM_WORLD));
+  return own.last(static_cast<std::size_t>(fewest));
+}
+
+/// What `auto` stands for is noted by its name: a run that goes on elsewhere must have the same last bits.
+const TreeKernels* read_kernels(Reader& reader) {
+  const char* const name = "-equilibrium_tree_kernels";
+  const std::string value = reader.text(name);
+  std::string allowed = "auto";
+  for (const TreeKernels* kernels : common_kernels()) {
+    if (value == "auto" || value == kernels->name) {
+      (void)reader.note(name, kernels->name);
+      return kernels;
+    }
+    allowed.append(", ").append(kernels->name);
+  }
+  throw InputError(name, value, allowed + " (what this processor has)");
+}
+
 void read_strategy(Reader& reader, Scene& scene) {
   // who names a KSP or a PC, if only to view it, wants it used; and no other strategy shares a sample
   const bool shared = scene.ensemble.ranks_per_sample > 1;
@@ -171,6 +197,7 @@ void read_strategy(Reader& reader, Scene& scene) {
     scene.equilibrium.refactor_every = reader.number("-equilibrium_refactor_every", 1);
   }
   if (scene.equilibrium.strategy != "tree") return;
+  scene.equilibrium.kernels = read_kernels(reader);
   scene.equilibrium.verify = reader.flag("-equilibrium_tree_verify");
   scene.tree_view = reader.flag("-equilibrium_tree_view");
 }

@@ -50,6 +50,7 @@ struct EquilibriumCounts {
 };
 
 class Ranks;
+struct TreeKernels;
 /// Backward error that is not believed: a direct solver leaves 1e-16 to 1e-14.
 inline constexpr double kLargestError = 1e-12;
 
@@ -58,9 +59,10 @@ struct EquilibriumOptions {
   BreakOn break_on = BreakOn::magnitude;
   int refactor_every = 1;        ///< ksp: breaks that a preconditioner made from scratch serves
   std::int64_t check_every = 0;  ///< breaks between two looks at the residual; 0: the strategy's own choice
-  double check_bound = kLargestError;  ///< backward error above which a factor is made anew
-  bool verify = false;                 ///< tree: compare every break with a full solve by a fresh factor
-  bool many_samples = true;            ///< reset will be called again: keep what makes it cheap
+  double check_bound = kLargestError;    ///< backward error above which a factor is made anew
+  bool verify = false;                   ///< tree: compare every break with a full solve by a fresh factor
+  const TreeKernels* kernels = nullptr;  ///< tree: one of tree_kernels(); null: the fastest
+  bool many_samples = true;              ///< reset will be called again: keep what makes it cheap
   const Ranks* ranks =
       nullptr;  ///< whose group keeps the network in equilibrium together; null: this process alone
 };

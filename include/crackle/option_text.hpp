@@ -39,7 +39,7 @@ struct OptionText {
 [[nodiscard]] bool decides_results(const std::string& name);
 
 /// Options of two runs ("-name value" a line) that decide results and differ: "-seed 2 (the file has 1)",
-/// with commas between; empty when the two may be one run.
+/// with commas between; empty when the two may be one run. The kernels of `tree` count where both name them.
 [[nodiscard]] std::string differing_options(const std::string& ours, const std::string& theirs);
 
 /// Throws InputError for a word on the command line that is neither option nor value: PETSc would skip it.

@@ -35,6 +35,7 @@ VALUES = [
                "stiffness=-0.1", "stiffness=nan", "displacement=-1", "displacement=inf", "displacement",
                "failure=1", "=", "=3"], "breaks=n"),
     ("-equilibrium", ["banana", "ksp,dense"], "ksp"),
+    ("-equilibrium_tree_kernels", ["sse9", "PLAIN", "plain,avx2", "0"], "plain (what this processor has)"),
     ("-resume", ["perhaps"], "true or false"),
     ("-record", ["bond", "none,breaks", "breaks;profile", ","], "breaks, profile, snapshot, network"),
     ("-record snapshot -record_snapshot_at", ["0", "-1", "x", "1,x", "1.5", "1,,2"], "from 1"),
@@ -46,6 +47,7 @@ USELESS = [
     ("-record_snapshot_at 3", "-record_snapshot_at"),
     ("-record none -record_snapshot_at 3", "-record_snapshot_at"),
     ("-equilibrium dense -ksp_type cg", "-ksp_type"),
+    ("-equilibrium ksp -equilibrium_tree_kernels plain", "-equilibrium_tree_kernels"),
     ("-equilibrium dense -pc_type updown", "-pc_type"),
     ("-pc_type updown -pc_factor_mat_solver_type mumps", "-pc_factor_mat_solver_type"),
     ("-ksp_rtol 1e-9", "-ksp_rtol"),  # no use under -ksp_type preonly

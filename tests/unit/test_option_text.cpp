@@ -55,6 +55,10 @@ TEST(OptionText, TellsHowTwoRunsDiffer) {
   EXPECT_EQ(differing_options(ours, "-ksp_type cg\n-lattice_size 8\n-samples 9\n-seed 11\n"),
             "-lattice_size 80 (the file has 8), -seed 1 (the file has 11)");
   EXPECT_EQ(differing_options(ours, "-lattice_size 80\n-seed 1\n"), "-ksp_type cg (the file has none)");
+  EXPECT_EQ(differing_options("-equilibrium_tree_kernels avx2\n", "-equilibrium_tree_kernels plain\n"),
+            "-equilibrium_tree_kernels avx2 (the file has plain)");
+  EXPECT_EQ(differing_options("-equilibrium_tree_kernels avx2\n-seed 1\n", "-seed 1\n"), "")
+      << "a file from before there was a choice";
   EXPECT_EQ(differing_options("-seed 1\n", "-ksp_type cg\n-seed 1\n"),
             "-ksp_type not given (the file has cg)");
 }
