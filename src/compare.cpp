@@ -12,6 +12,7 @@
 #include "crackle/compare_scene.hpp"
 #include "crackle/compare_strategy.hpp"
 #include "crackle/compare_table.hpp"
+#include "crackle/error.hpp"
 #include "crackle/interrupt.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/petsc_handle.hpp"
@@ -53,7 +54,7 @@ void compare_strategies() {
 
 int complain(const std::exception& error) {
   std::fflush(stdout);
-  std::fprintf(stderr, "crackle_compare: %s\n", error.what());
+  std::fprintf(stderr, "crackle_compare: %s\n", crackle::one_line(error.what()).c_str());
   return 1;
 }
 

@@ -153,7 +153,7 @@ int break_lattices() {
 
 int complain(const std::exception& error) {
   std::fflush(stdout);
-  std::fprintf(stderr, "crackle: %s\n", error.what());
+  std::fprintf(stderr, "crackle: %s\n", crackle::one_line(error.what()).c_str());
   return 1;
 }
 

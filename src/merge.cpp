@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
     std::printf("written: %s, %zu samples\n", request.output.c_str(), samples);
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "crackle_merge: %s\n", error.what());
+    std::fprintf(stderr, "crackle_merge: %s\n", crackle::one_line(error.what()).c_str());
     return 1;
   }
 }

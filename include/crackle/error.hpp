@@ -1,10 +1,18 @@
 /// A user's mistake: one line that names the option or file, its value and what is allowed.
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
 namespace crackle {
+
+/// A text as one line of a terminal: control characters and bytes that are no UTF-8 as \n, \x1b, ...; of more than `most`
+/// bytes the first ones, and how many there are in all.
+[[nodiscard]] std::string one_line(const std::string& text, std::size_t most = 1000);
+
+/// Bytes of a value that a message shows.
+inline constexpr std::size_t kShownValue = 200;
 
 /// Thrown for anything the user can mend. `main` prints what() on one line and exits with status 1.
 class InputError : public std::runtime_error {
@@ -13,7 +21,8 @@ class InputError : public std::runtime_error {
 
   /// "-lattice_size 0: allowed is an integer from 1"
   InputError(const std::string& what, const std::string& value, const std::string& allowed)
-      : std::runtime_error(what + (value.empty() ? "" : " " + value) + ": allowed is " + allowed) {}
+      : std::runtime_error(what + (value.empty() ? "" : " " + one_line(value, kShownValue)) +
+                           ": allowed is " + allowed) {}
 };
 
 /// Thrown when a strategy can't go on and can't be trusted (not converged, not rigid): names the strategy,
