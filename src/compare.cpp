@@ -12,33 +12,33 @@
 #include "crackle/compare_scene.hpp"
 #include "crackle/compare_strategy.hpp"
 #include "crackle/compare_table.hpp"
-#include "crackle/error.hpp"
 #include "crackle/interrupt.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/petsc_handle.hpp"
 #include "crackle/preconditioner.hpp"
+#include "crackle/program.hpp"
 
 namespace {
 
 void compare_strategies() {
-  // 1. the scene, and what to compare in it; the options used, echoed
+  // 1. the scene, and what to compare in it
   crackle::register_preconditioners();
   crackle::ignore_file_size_limit();
   crackle::Scene scene = crackle::read_compared_scene();
-  const crackle::CompareOptions options = crackle::read_comparison(scene);
   if (scene.help) return;
+  const crackle::CompareOptions options = crackle::read_comparison(scene);
   const auto choices = crackle::choose_strategies(options.files, options.tolerances);
-  const std::string header = crackle::format_options(scene.options);
-  std::printf("%s", header.c_str());
 
   // 2. the intact network and the sample's thresholds
   const crackle::IntactNetwork intact = crackle::load_network(scene.network);
   const crackle::CompareScene sample{intact.network, scene.equilibrium, scene.ensemble.stop,
                                      crackle::make_thresholds(scene, intact)};
 
-  // 3. whether all of it can be, before time is spent
+  // 3. whether all of it can be, before time is spent; the options used, echoed
   crackle::CompareFile file(options);
   crackle::try_strategies(sample, choices);
+  const std::string header = crackle::format_options(scene.options);
+  std::printf("%s", header.c_str());
 
   // 4. the reference breaks the sample
   const crackle::ReferenceRun reference = crackle::run_reference(sample, options);
@@ -52,24 +52,21 @@ void compare_strategies() {
               options.path.c_str());
 }
 
-int complain(const std::exception& error) {
-  std::fflush(stdout);
-  std::fprintf(stderr, "crackle_compare: %s\n", crackle::one_line(error.what()).c_str());
-  return 1;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
+  return crackle::run_program("crackle_compare", [&] {
+    if (crackle::wants_version(argc, argv)) {
+      std::printf("%s", crackle::version_text("crackle_compare").c_str());
+      return 0;
+    }
+    crackle::unify_help(argc, argv);
     const crackle::petsc::Session session(argc, argv, crackle::help_text(true).c_str());
     try {
       compare_strategies();
       return 0;
     } catch (const std::exception& error) {
-      return session.first() ? complain(error) : 1;
+      return session.first() ? crackle::complain("crackle_compare", error) : 1;
     }
-  } catch (const std::exception& error) {
-    return complain(error);
-  }
+  });
 }

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "crackle/error.hpp"
 #include "crackle/workplace.hpp"
 
 namespace crackle {
@@ -103,7 +104,7 @@ class Worker {
       ready_.reset();
       place_ = std::make_unique<Workplace>(runs_[run], run, std::move(equilibrium), ranks_, hand_out_, times);
     } catch (const std::exception& error) {
-      hand_out_.fail(error.what());
+      hand_out_.fail(explain(error));
     }
     return place_ != nullptr;
   }

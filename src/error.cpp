@@ -1,7 +1,13 @@
 #include "crackle/error.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <fstream>
 
 namespace crackle {
 
@@ -34,7 +40,35 @@ std::string escaped(char byte) {
   return code.data();
 }
 
+std::string mebibytes(double bytes) {
+  constexpr double kMebibyte = 1 << 20;
+  return std::to_string(std::llround(bytes / kMebibyte)) + " MiB";
+}
+
+/// Address space of this process, in bytes.
+double bytes_in_use() {
+  double pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
 }  // namespace
+
+std::string explain(const std::exception& error) {
+  if (dynamic_cast<const std::bad_alloc*>(&error) == nullptr) return error.what();
+  std::string text = "out of memory with " + mebibytes(bytes_in_use()) + " in use";
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+    text += "; ulimit -v allows " + mebibytes(static_cast<double>(limit.rlim_cur));
+  }
+  return text;
+}
+
+void expect_memory(std::size_t bytes) {
+  void* volatile memory = std::malloc(bytes);  // NOLINT(*-no-malloc): a vector's would be left out
+  if (memory == nullptr) throw std::bad_alloc();
+  std::free(memory);  // NOLINT(*-no-malloc)
+}
 
 std::string one_line(const std::string& text, std::size_t most) {
   std::string line;

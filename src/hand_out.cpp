@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "crackle/error.hpp"
 #include "crackle/interrupt.hpp"
 
 namespace crackle {
@@ -134,7 +135,7 @@ bool HandOut::take_note(const Report& report) {
     if (report.waiting) claim_(report.run);
     claimed = report.waiting;
   } catch (const std::exception& error) {
-    if (end_.complaint[0] == 0) copy_text(error.what(), end_.complaint);
+    if (end_.complaint[0] == 0) copy_text(explain(error), end_.complaint);
   }
   if (end_.signal != 0 || end_.complaint[0] != 0) tell_all_to_stop();
   return claimed;

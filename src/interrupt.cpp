@@ -1,6 +1,7 @@
 #include "crackle/interrupt.hpp"
 
 #include <csignal>
+#include <initializer_list>
 
 namespace crackle {
 
@@ -28,8 +29,7 @@ void catch_one(int signal) {
 }  // namespace
 
 void catch_interrupts() {
-  catch_one(SIGINT);
-  catch_one(SIGTERM);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) catch_one(signal);
 }
 
 void ignore_file_size_limit() {

@@ -19,6 +19,7 @@
 #include "crackle/option_text.hpp"
 #include "crackle/petsc_handle.hpp"
 #include "crackle/preconditioner.hpp"
+#include "crackle/program.hpp"
 #include "crackle/report.hpp"
 #include "crackle/scene.hpp"
 
@@ -41,7 +42,8 @@ std::deque<Study> make_studies(std::vector<crackle::Scene> scenes, const crackle
     study.scene.equilibrium.ranks = &ranks;
     study.scene.output.writers = ranks.groups();
     study.scene.output.path = crackle::follow_links(study.scene.output.path);
-    study.intact = crackle::load_network(study.scene.network);
+    study.intact =
+        crackle::with_memory_for("the network", [&] { return crackle::load_network(study.scene.network); });
     study.header = crackle::make_header(study.scene, study.intact);
   }
   return studies;
@@ -103,10 +105,12 @@ void prepare(std::vector<crackle::Scene> scenes, const crackle::Ranks& ranks, Wo
   work.totals.resize(work.runs.size());
   const std::size_t largest = crackle::largest_run(work.runs);
   const crackle::Run& run = work.runs[largest];
-  work.first = crackle::make_equilibrium(run.network, run.equilibrium, work.totals[largest].times);
+  work.first = crackle::with_memory_for(
+      "-equilibrium " + run.equilibrium.strategy + " of " + std::to_string(run.network.unknowns) +
+          " unknowns",
+      [&] { return crackle::make_equilibrium(run.network, run.equilibrium, work.totals[largest].times); });
   if (help) return;
   crackle::reject_unused_options();
-  if (ranks.first()) echo(work.studies);
 }
 
 constexpr int kSignalled = 128;  // and the signal's number: the exit status by which a shell tells of one
@@ -125,16 +129,17 @@ int break_lattices() {
   const crackle::Ranks ranks(PETSC_COMM_WORLD, scenes.front().ensemble.ranks_per_sample);
   const bool help = scenes.front().help;
 
-  // 3. the intact networks and the first strategy to keep one in equilibrium; the options used, echoed
+  // 3. the intact networks and the first strategy to keep one in equilibrium
   Work work;
   ranks.together([&] { prepare(std::move(scenes), ranks, work); });
   if (help) return 0;
 
-  // 4. where results go
+  // 4. where results go; the options used, echoed
   Files files;
   ranks.together([&] {
     if (ranks.first()) files = open_files(work.studies);
   });
+  if (ranks.first()) echo(work.studies);
 
   // 5. break every sample
   stage.next("Breaks");
@@ -151,23 +156,20 @@ int break_lattices() {
   return end.signal == 0 ? 0 : kSignalled + end.signal;
 }
 
-int complain(const std::exception& error) {
-  std::fflush(stdout);
-  std::fprintf(stderr, "crackle: %s\n", crackle::one_line(error.what()).c_str());
-  return 1;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
+  return crackle::run_program("crackle", [&] {
+    if (crackle::wants_version(argc, argv)) {
+      std::printf("%s", crackle::version_text("crackle").c_str());
+      return 0;
+    }
+    crackle::unify_help(argc, argv);
     const crackle::petsc::Session session(argc, argv, crackle::help_text(false).c_str());
     try {
       return break_lattices();
     } catch (const std::exception& error) {
-      return session.first() ? complain(error) : 1;
+      return session.first() ? crackle::complain("crackle", error) : 1;
     }
-  } catch (const std::exception& error) {
-    return complain(error);
-  }
+  });
 }

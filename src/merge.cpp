@@ -10,6 +10,7 @@
 
 #include "crackle/error.hpp"
 #include "crackle/interrupt.hpp"
+#include "crackle/program.hpp"
 #include "crackle/run_merge.hpp"
 
 namespace {
@@ -33,7 +34,7 @@ Request read_request(std::span<char*> words) {
   Request request;
   for (std::size_t i = 1; i < words.size(); ++i) {
     const std::string word = words[i];
-    if (word == "-help" || word == "--help") {
+    if (word == "-help") {
       request.help = true;
     } else if (word == "-overwrite") {
       request.overwrite = true;
@@ -55,7 +56,12 @@ Request read_request(std::span<char*> words) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
+  return crackle::run_program("crackle_merge", [&] {
+    if (crackle::wants_version(argc, argv)) {
+      std::printf("%s", crackle::version_text("crackle_merge").c_str());
+      return 0;
+    }
+    crackle::unify_help(argc, argv);
     crackle::ignore_file_size_limit();
     const Request request = read_request({argv, static_cast<std::size_t>(argc)});
     if (request.help) {
@@ -65,8 +71,5 @@ int main(int argc, char** argv) {
     const std::size_t samples = crackle::merge_runs(request.runs, request.output, request.overwrite);
     std::printf("written: %s, %zu samples\n", request.output.c_str(), samples);
     return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "crackle_merge: %s\n", crackle::one_line(error.what()).c_str());
-    return 1;
-  }
+  });
 }

@@ -1,10 +1,16 @@
 #include "crackle/petsc_handle.hpp"
 
+#include <array>
 #include <csignal>
+#include <cstddef>
 #include <cstdlib>
 #include <stdexcept>
 
+#include "crackle/error.hpp"
+
 extern "C" void openblas_set_num_threads(int threads) __attribute__((weak));
+extern "C" void* blas_memory_alloc(int position) __attribute__((weak));
+extern "C" void blas_memory_free(void* buffer) __attribute__((weak));
 
 namespace crackle::petsc {
 
@@ -37,6 +43,40 @@ void start_light() {
   setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
 }
 
+/// OpenBLAS takes its workspace in its first call, and asks again for ever when there is none; Open MPI prints pages. So
+/// both must find room now.
+void make_sure_of_memory() {
+  constexpr std::size_t kWorkspace = std::size_t{130} << 20;  // 128 MiB and a little, on every x86-64
+  constexpr std::size_t kStart = std::size_t{64} << 20;       // of MPI and PETSc: half of it is used
+  with_memory_for("the start: 128 MiB of workspace for OpenBLAS, 64 MiB for MPI and PETSc",
+                  [] { expect_memory(kWorkspace + kStart); });
+  if (blas_memory_alloc != nullptr && blas_memory_free != nullptr) blas_memory_free(blas_memory_alloc(0));
+}
+
+/// Signals that are left as they were: PETSc would make crash reports of them, and forget that nohup ignores them.
+constexpr std::array kOurs = {SIGHUP, SIGINT, SIGTERM, SIGPIPE};
+
+class KeptSignals {
+ public:
+  KeptSignals() {
+    for (std::size_t i = 0; i < kOurs.size(); ++i) sigaction(kOurs[i], nullptr, &before_[i]);
+    sigset_t pipe;
+    sigemptyset(&pipe);
+    sigaddset(&pipe, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe, &mask_);  // `crackle -help | head` ends here, but quietly, later
+  }
+  ~KeptSignals() {
+    for (std::size_t i = 0; i < kOurs.size(); ++i) sigaction(kOurs[i], &before_[i], nullptr);
+    pthread_sigmask(SIG_SETMASK, &mask_, nullptr);
+  }
+  KeptSignals(const KeptSignals&) = delete;
+  KeptSignals& operator=(const KeptSignals&) = delete;
+
+ private:
+  std::array<struct sigaction, kOurs.size()> before_{};
+  sigset_t mask_{};
+};
+
 PetscLogStage register_stage(const char* name) {
   PetscLogStage stage = 0;
   check(PetscLogStageRegister(name, &stage));
@@ -50,11 +90,14 @@ Session::Session(int& argc, char**& argv, const char* help) {
   const bool threads_wanted =
       std::getenv("OPENBLAS_NUM_THREADS") != nullptr || std::getenv("OMP_NUM_THREADS") != nullptr;
   if (openblas_set_num_threads != nullptr && !threads_wanted) openblas_set_num_threads(1);
+  make_sure_of_memory();
   // Before PETSc starts, as an options file may be missing; never popped, as PETSc may have changed its
   // malloc.
   PetscPushErrorHandler(keep_message, nullptr);
-  check(PetscInitialize(&argc, &argv, nullptr, help));
-  std::signal(SIGPIPE, SIG_DFL);  // PETSc would make a crash report of `crackle ... | head`
+  {
+    const KeptSignals signals;
+    check(PetscInitialize(&argc, &argv, nullptr, help));
+  }
   int rank = 0;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   first_ = rank == 0;

@@ -50,7 +50,7 @@ void Ranks::together(const std::function<void()>& work) const {
   try {
     work();
   } catch (const std::exception& error) {
-    complaint = error.what();
+    complaint = explain(error);
     if (complaint.empty()) complaint = "an error without a message";
   }
   const int mine = complaint.empty() ? processes_ : rank_;

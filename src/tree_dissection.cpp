@@ -9,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "crackle/error.hpp"
 #include "crackle/vertex_cover.hpp"
 
 namespace crackle {
@@ -16,6 +17,9 @@ namespace crackle {
 namespace {
 
 static_assert(sizeof(idx_t) == sizeof(std::int32_t), "METIS with 32-bit indices");
+
+constexpr std::size_t kMetisPerUnknown = 24;
+constexpr std::size_t kMetisPerNeighbour = 8;
 
 /// Where an unknown falls when its region is cut. METIS's numbers.
 enum class Side : std::uint8_t { first = 0, second = 1, separator = 2 };
@@ -159,6 +163,9 @@ class Dissector {
     METIS_SetDefaultOptions(options.data());
     options[METIS_OPTION_SEED] = 1;
     idx_t separator = 0;
+    // METIS ends the process when it finds no memory: of about this much
+    expect_memory(sizeof(idx_t) *
+                  (kMetisPerUnknown * region.size() + kMetisPerNeighbour * neighbour_.size()));
     if (METIS_ComputeVertexSeparator(&size, start_.data(), neighbour_.data(), weight.data(), options.data(),
                                      &separator, part.data()) != METIS_OK) {
       throw std::runtime_error("METIS_ComputeVertexSeparator failed");

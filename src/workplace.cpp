@@ -4,6 +4,7 @@
 #include <exception>
 #include <utility>
 
+#include "crackle/error.hpp"
 #include "crackle/observe_breaks.hpp"
 #include "crackle/observe_profile.hpp"
 #include "crackle/observe_snapshot.hpp"
@@ -55,7 +56,7 @@ void Workplace::as_leader(Work work) {
   try {
     work();
   } catch (const std::exception& error) {
-    hand_out_.fail(error.what());
+    hand_out_.fail(explain(error));
   }
 }
 
@@ -108,7 +109,7 @@ bool Workplace::break_one(std::int64_t index) {
     }
     return break_on(sample);
   } catch (const std::exception& error) {
-    hand_out_.fail(error.what());
+    hand_out_.fail(explain(error));
     return false;
   }
 }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <exception>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -24,6 +26,22 @@ class InputError : public std::runtime_error {
       : std::runtime_error(what + (value.empty() ? "" : " " + one_line(value, kShownValue)) +
                            ": allowed is " + allowed) {}
 };
+
+/// What to tell of any exception: of std::bad_alloc how much memory is in use, and what the limit is.
+[[nodiscard]] std::string explain(const std::exception& error);
+
+/// Throws std::bad_alloc when there is no memory of that size: before a library asks for it that doesn't survive a no.
+void expect_memory(std::size_t bytes);
+
+/// make(), where std::bad_alloc becomes an InputError that says what the memory was wanted for ("a lattice of L = 8192").
+template <class Make>
+auto with_memory_for(const std::string& what, Make make) {
+  try {
+    return make();
+  } catch (const std::bad_alloc& error) {
+    throw InputError("no memory for " + what + ": " + explain(error));
+  }
+}
 
 /// Thrown when a strategy can't go on and can't be trusted (not converged, not rigid): names the strategy,
 /// the break, and what to try. Samples that were finished before are kept.
