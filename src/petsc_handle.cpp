@@ -1,5 +1,8 @@
 #include "crackle/petsc_handle.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <array>
 #include <csignal>
 #include <cstddef>
@@ -41,6 +44,20 @@ void start_light() {
   setenv("OMPI_MCA_btl", "self", 0);
   // the folder would be the same for all of them, and starts side by side would trip over it
   setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+}
+
+bool threads_wanted() {
+  return std::getenv("OPENBLAS_NUM_THREADS") != nullptr || std::getenv("OMP_NUM_THREADS") != nullptr;
+}
+
+/// OpenBLAS makes its threads, of 128 MiB each, before main. Where address space is limited the program begins again with
+/// one, before they have taken it.
+void begin_again_where_space_is_limited(char** argv) {
+  rlimit limit{};
+  if (openblas_set_num_threads == nullptr || threads_wanted()) return;
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
+  setenv("OPENBLAS_NUM_THREADS", "1", 1);
+  execv("/proc/self/exe", argv);
 }
 
 /// OpenBLAS takes its workspace in its first call, and asks again for ever when there is none; Open MPI prints pages. So
@@ -87,9 +104,8 @@ PetscLogStage register_stage(const char* name) {
 
 Session::Session(int& argc, char**& argv, const char* help) {
   start_light();
-  const bool threads_wanted =
-      std::getenv("OPENBLAS_NUM_THREADS") != nullptr || std::getenv("OMP_NUM_THREADS") != nullptr;
-  if (openblas_set_num_threads != nullptr && !threads_wanted) openblas_set_num_threads(1);
+  begin_again_where_space_is_limited(argv);
+  if (openblas_set_num_threads != nullptr && !threads_wanted()) openblas_set_num_threads(1);
   make_sure_of_memory();
   // Before PETSc starts, as an options file may be missing; never popped, as PETSc may have changed its
   // malloc.
