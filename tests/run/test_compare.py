@@ -64,8 +64,10 @@ def test_tolerances_loose_differ_and_are_told_tight_do_not(tmp_path):
     assert "circulant 1e-2: residuals up to" in table
     assert tight.first_difference == 0 == found["tree"].first_difference
     assert loose.series["time"].shape == (2, len(comparison.number))
-    assert np.all(np.diff(tight.series["time"][0]) > 0)
+    assert np.all(np.diff(tight.series["time"][0]) >= 0) and tight.series["time"][0][-1] > 0
+    # residuals are 1e10 apart, and a force's error is about its residual
     assert np.median(loose.series["force_error"]) > 1e6 * np.median(tight.series["force_error"])
+    # the same iterations on the same networks, ended earlier
     assert loose.attributes["iterations"] < tight.attributes["iterations"]
 
 

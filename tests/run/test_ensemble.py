@@ -73,11 +73,11 @@ def test_one_number_of_samples_for_all_sizes(tmp_path):
     ("-ksp_type cg -pc_type bjacobi -model fuse", "-model fuse -equilibrium ksp"),
 ])
 def test_processes_that_share_a_sample_break_the_same_bonds(tmp_path, solver, alone):
-    """Loads to rounding: the solver sums in another order."""
+    """Loads to rounding, or to what an iteration to 1e-12 leaves: the solver sums in another order."""
     expected = break_samples(tmp_path, f"-lattice_size 5 -samples 2 {alone}", "one.h5")
     shared = f"-lattice_size 5 -samples 2 -ensemble_ranks_per_sample 2 {solver}"
     found = break_samples(tmp_path, shared, "two.h5", ranks=2)
-    assert_same_breaks(found, expected)
+    assert_same_breaks(found, expected, 1e-9 if "cg" in solver else 1e-11)
     if not solver:
         assert_same(break_samples(tmp_path, shared, "four.h5", ranks=4), found)
 
@@ -134,7 +134,7 @@ def wait_for(condition, process):
 
 def test_sample_goes_on_from_its_checkpoint(tmp_path):
     """What was kept is not broken again: the summary counts the breaks of this run."""
-    line = "-lattice_size 64 -samples 1 -monitor none -checkpoint_breaks 100 -checkpoint_every 0"
+    line = "-lattice_size 128 -samples 1 -monitor none -checkpoint_breaks 100 -checkpoint_every 0"
     process = start(tmp_path, line)
     kept = tmp_path / SHARDS / "0.checkpoint"
     wait_for(kept.exists, process)
@@ -194,7 +194,7 @@ def test_signal_to_mpirun_loses_nothing(tmp_path):
 
 
 def test_signal_keeps_a_sample_where_it_settled_last(tmp_path):
-    line = "-lattice_size 96 -samples 1 -checkpoint_breaks 200 -checkpoint_every 0.1"
+    line = "-lattice_size 128 -samples 1 -checkpoint_breaks 200 -checkpoint_every 0.1"
     process = start(tmp_path, line)
     wait_for((tmp_path / SHARDS / "0.checkpoint").exists, process)
     process.send_signal(signal.SIGTERM)

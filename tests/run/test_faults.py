@@ -74,7 +74,7 @@ def test_truncated_shard_is_named_and_the_rest_is_kept(tmp_path):
 
 
 def test_damaged_checkpoint_is_named(tmp_path):
-    line = "-lattice_size 64 -samples 1 -monitor none -checkpoint_breaks 100 -checkpoint_every 0"
+    line = "-lattice_size 128 -samples 1 -monitor none -checkpoint_breaks 100 -checkpoint_every 0"
     process = start(tmp_path, line)
     kept = tmp_path / SHARDS / "0.checkpoint"
     wait_for(kept.exists, process)
@@ -86,9 +86,9 @@ def test_damaged_checkpoint_is_named(tmp_path):
 
 def test_two_runs_on_one_output(tmp_path):
     """The second is told; the first doesn't notice."""
-    line = "-lattice_size 32 -samples 40 -monitor none -checkpoint_breaks 100 -checkpoint_every 0"
+    line = "-lattice_size 32 -samples 100 -monitor none -checkpoint_breaks 100 -checkpoint_every 0"
     process = start(tmp_path, line)
-    wait_for((tmp_path / SHARDS / "0.checkpoint").exists, process)
+    wait_for((tmp_path / SHARDS / "lock").exists, process)
     process.send_signal(signal.SIGSTOP)
     refuse(tmp_path, f"{line} -resume", "-output", OUTPUT, "no other run", output=None)
     refuse(tmp_path, line, "-output", OUTPUT, "-resume", output=None)

@@ -1,6 +1,8 @@
 """The run file: the schema, nothing that nobody asked for, the same samples in every way of asking."""
 import fcntl
 
+import time
+
 import h5py
 import numpy as np
 import pytest
@@ -40,7 +42,9 @@ def test_schema_of_samples_and_breaks(tmp_path):
 
 
 def test_rows_of_samples_follow_from_their_breaks(tmp_path):
+    begun = time.monotonic()
     found = break_samples(tmp_path, SMALL)
+    seconds = time.monotonic() - begun
     for s, (begin, end) in enumerate(zip(found["/samples/break_offset"], found["/samples/break_offset"][1:])):
         bond, load, stiffness = (found[name][begin:end] for name in BREAKS)
         peak = int(np.argmax(load))
@@ -50,7 +54,7 @@ def test_rows_of_samples_follow_from_their_breaks(tmp_path):
         assert found["/samples/peak_displacement"][s] == load[peak] / stiffness[peak]
         assert found["/samples/initial_stiffness"][s] == stiffness[0]
         assert (np.diff(stiffness) < 0).all() and stiffness[-1] > 1e-8 * stiffness[0]
-    assert (found["/samples/wall_time"] > 0).all() and (found["/samples/wall_time"] < 10).all()
+    assert (found["/samples/wall_time"] > 0).all() and found["/samples/wall_time"].sum() < seconds
 
 
 def test_attributes(tmp_path):

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "crackle/equilibrium_ksp.hpp"
 #include "support/break_record.hpp"
 #include "support/dense_reference.hpp"
@@ -10,7 +12,8 @@
 namespace crackle {
 namespace {
 
-/// Breaks three samples of every kind of network by ksp and by dense.
+/// Breaks three samples of every kind of network by ksp and by dense. Conditioning grows as the stiffness F falls: of
+/// loads and stiffnesses, relative errors up to tolerance F_1 / F_k.
 void expect_dense_breaks(int size, double tolerance) {
   for (const test::NamedNetwork& named : test::triangular_networks(size)) {
     for (const std::int64_t sample : {0, 1, 2}) {
@@ -21,25 +24,26 @@ void expect_dense_breaks(int size, double tolerance) {
       ASSERT_EQ(ksp.bond, dense.bond);
       EXPECT_EQ(ksp.summary.n_p, dense.summary.n_p);
       for (std::size_t i = 0; i < dense.bond.size(); ++i) {
-        EXPECT_NEAR(ksp.load[i] / dense.load[i], 1, tolerance) << i;
-        EXPECT_NEAR(ksp.stiffness[i] / dense.stiffness[i], 1, tolerance) << i;
+        const double allowed = tolerance * dense.stiffness[0] / dense.stiffness[i];
+        EXPECT_NEAR(ksp.load[i] / dense.load[i], 1, allowed) << i;
+        EXPECT_NEAR(ksp.stiffness[i] / dense.stiffness[i], 1, allowed) << i;
       }
     }
   }
 }
 
 TEST(EquilibriumKsp, BreaksTheBondsThatDenseBreaks) {
-  for (const int size : {1, 2, 3, 6}) expect_dense_breaks(size, 1e-9);
+  for (const int size : {1, 2, 3, 6}) expect_dense_breaks(size, 1e-11);
 }
 
 TEST(EquilibriumKsp, BreaksThemByConjugateGradientsToo) {
   {
     const test::SolverOptions options{{"-ksp_type", "cg"}, {"-pc_type", "jacobi"}};
-    for (const int size : {1, 3}) expect_dense_breaks(size, 1e-6);
+    for (const int size : {1, 3}) expect_dense_breaks(size, 1e-9);
   }
   {
     const test::SolverOptions options{{"-ksp_type", "cg"}, {"-pc_updown_rank", "4"}};
-    for (const int size : {1, 3, 5}) expect_dense_breaks(size, 1e-6);
+    for (const int size : {1, 3, 5}) expect_dense_breaks(size, 1e-9);
   }
 }
 
@@ -116,8 +120,10 @@ TEST(EquilibriumKsp, RefactorsOnlyBehindATinySlack) {
     const SampleRecord record = test::break_record(*equilibrium, std::vector{2.0, 0.5, 1.0, 3.0});
     EXPECT_EQ(record.bond, (std::vector<BondId>{1, 2}));
     EXPECT_NEAR(record.load[0], 0.5 * (1 + s), 1e-12);
-    EXPECT_NEAR(record.load[1], 1, 1e-10);
-    EXPECT_NEAR(record.stiffness[1], s / (1 + 2 * s), 1e-10 * s);
+    // a slack of s makes a relative rounding of 1/s times that of its terms
+    const double rounding = 10 * std::numeric_limits<double>::epsilon() / s;
+    EXPECT_NEAR(record.load[1], 1, rounding);
+    EXPECT_NEAR(record.stiffness[1], s / (1 + 2 * s), rounding * s);
     EXPECT_EQ(equilibrium->counts().refactors, 0);
     EXPECT_GT(equilibrium->counts().largest_residual, 0);
     EXPECT_LT(equilibrium->counts().largest_residual, 1e-12);

@@ -22,6 +22,15 @@ void expect_same(const Sequence& one, const Sequence& other, const std::string& 
   EXPECT_LE(std::abs(one.summary.peak_load / other.summary.peak_load - 1), kPeakTolerance) << what;
 }
 
+/// Every strategy but the reference, `tree` with every instruction set that this processor has.
+std::vector<Strategy> strategies() {
+  std::vector<Strategy> all{kUpdown, kUpdownCg, kMumps, kCholmod};
+  for (const TreeKernels* kernels : tree_kernels()) {
+    all.push_back({.name = kernels->name, .equilibrium = "tree", .petsc_options = "", .kernels = kernels});
+  }
+  return all;
+}
+
 class SameBonds : public testing::TestWithParam<Setting> {};
 
 TEST_P(SameBonds, AsDense) {
@@ -34,7 +43,7 @@ TEST_P(SameBonds, AsDense) {
     reference.push_back(break_whole(*dense, static_cast<std::uint64_t>(seed), seed));
     ASSERT_GT(reference.back().summary.n_f, setting.size);
   }
-  for (const Strategy& strategy : {kTree, kUpdown, kUpdownCg, kMumps, kCholmod}) {
+  for (const Strategy& strategy : strategies()) {
     const auto equilibrium = start(strategy, network, setting.break_on, times);
     for (int seed = 1; seed <= kSeeds; ++seed) {
       const Sequence sequence = break_whole(*equilibrium, static_cast<std::uint64_t>(seed), seed);

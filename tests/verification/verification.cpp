@@ -24,6 +24,7 @@ std::unique_ptr<Equilibrium> start(const Strategy& strategy, const Network& netw
   options.strategy = strategy.equilibrium;
   options.break_on = break_on;
   options.verify = strategy.verify;
+  options.kernels = strategy.kernels;
   auto equilibrium = make_equilibrium(network, options, times);
   petsc::check(PetscOptionsClear(nullptr));
   return equilibrium;

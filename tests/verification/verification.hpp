@@ -7,6 +7,7 @@
 
 #include "crackle/equilibrium.hpp"
 #include "crackle/fracture.hpp"
+#include "crackle/tree_kernels.hpp"
 
 namespace crackle::verification {
 
@@ -16,6 +17,7 @@ struct Strategy {
   const char* equilibrium;
   const char* petsc_options;
   bool verify = false;
+  const TreeKernels* kernels = nullptr;  ///< tree: null for the fastest
 };
 
 inline constexpr Strategy kUpdown{"updown", "ksp", "-ksp_type preonly -pc_type updown"};
