@@ -2,7 +2,7 @@
 # Sets crackle up on Debian 12 and runs it:
 #   ./bootstrap.sh setup   installs what is missing, configures and builds
 #   ./bootstrap.sh demo    the same, then breaks 20 samples of a 64 x 64 spring lattice: crackle.h5, crackle.png
-#   ./bootstrap.sh test    the same, then runs every test
+#   ./bootstrap.sh test    the same, then runs every test, the short ones also as on other processors
 #   ./bootstrap.sh style   the same, then checks format and lint (clang-format, clang-tidy), as CI does
 # A second call finds everything there and goes straight to work.
 set -euo pipefail

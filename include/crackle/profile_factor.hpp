@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cfloat>
 #include <cstddef>
 #include <numeric>
 #include <span>
@@ -12,8 +13,13 @@
 
 namespace crackle {
 
-/// IEEE quadruple precision: 113 bits, a relative rounding of 1e-34.
+/// IEEE quadruple precision: 113 bits, a relative rounding of 1e-34. long double where it is that (64-bit ARM),
+/// which there is no other name for.
+#if LDBL_MANT_DIG == 113
+using Quad = long double;
+#else
 __extension__ using Quad = __float128;
+#endif
 
 template <class Real>
 class ProfileFactor {
