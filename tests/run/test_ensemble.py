@@ -5,7 +5,7 @@ import signal
 import time
 
 import pytest
-from program import (OUTPUT, assert_same, assert_same_breaks, attributes, break_samples, contents, datasets,
+from program import (LONGEST, OUTPUT, assert_same, assert_same_breaks, attributes, break_samples, contents, datasets,
                      kill, options_of, pause_until_samples_are_due, run, start, succeed)
 
 SCENE = "-lattice_size 9 -record breaks,profile"
@@ -157,7 +157,7 @@ def interrupt(folder, line, send, ranks=0):
         pause_until_samples_are_due(process)
     wait_for(lambda: list((folder / SHARDS).glob("[0-9]*.h5")), process)
     send(process)
-    out, err = process.communicate(timeout=30)
+    out, err = process.communicate(timeout=LONGEST)
     return process.returncode, out, err
 
 
@@ -198,7 +198,7 @@ def test_signal_keeps_a_sample_where_it_settled_last(tmp_path):
     process = start(tmp_path, line)
     wait_for((tmp_path / SHARDS / "0.checkpoint").exists, process)
     process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=30)
+    process.communicate(timeout=LONGEST)
     assert process.returncode == 128 + signal.SIGTERM
     assert sorted(contents(tmp_path)) == [OUTPUT, SHARDS, SHARDS + "/0.checkpoint"]
     succeed(tmp_path, f"{line} -resume")

@@ -3,7 +3,7 @@ import resource
 import signal
 
 import pytest
-from program import (OUTPUT, assert_same, break_samples, contents, datasets, kill, pause_until_samples_are_due, refuse,
+from program import (LONGEST, OUTPUT, assert_same, break_samples, contents, datasets, kill, pause_until_samples_are_due, refuse,
                      run, start, succeed, wait_for)
 
 SHARDS = OUTPUT + ".shards"
@@ -42,7 +42,7 @@ def test_folder_that_goes_away_in_the_middle(tmp_path, ranks):
     process = start(tmp_path, "-lattice_size 32 -samples 4000 -monitor none", ranks)
     wait_for(lambda: list((tmp_path / SHARDS).glob("[0-9]*.h5")), process)
     (tmp_path / SHARDS).rename(tmp_path / "elsewhere")
-    _, err = process.communicate(timeout=30)
+    _, err = process.communicate(timeout=LONGEST)
     assert process.returncode == 1 and f"crackle: could not write {SHARDS}" in err.replace(OUTPUT, "", 0), err
     (tmp_path / "elsewhere").rename(tmp_path / SHARDS)
     saved = {i for path in (tmp_path / SHARDS).glob("*.h5") for i in datasets(path)["/samples/index"]}
@@ -88,21 +88,21 @@ def test_two_runs_on_one_output(tmp_path):
     """The second is told; the first doesn't notice."""
     line = "-lattice_size 32 -samples 100 -monitor none -checkpoint_breaks 100 -checkpoint_every 0"
     process = start(tmp_path, line)
-    wait_for((tmp_path / SHARDS / "lock").exists, process)
+    wait_for((tmp_path / OUTPUT).exists, process)  # it holds the lock by then
     process.send_signal(signal.SIGSTOP)
     refuse(tmp_path, f"{line} -resume", "-output", OUTPUT, "no other run", output=None)
     refuse(tmp_path, line, "-output", OUTPUT, "-resume", output=None)
     result = run(tmp_path, "-lattice_size 4 -overwrite")
     assert result.returncode == 1 and "no other run" in stderr_line(result)
     process.send_signal(signal.SIGCONT)
-    assert process.wait(timeout=30) == 0
+    assert process.wait(timeout=LONGEST) == 0
     assert_same(datasets(tmp_path / OUTPUT), break_samples(tmp_path, line, "whole.h5"))
 
 
 def test_runs_begun_together_leave_one_whole_file(tmp_path):
     line = "-lattice_size 8 -samples 50 -monitor none"
     processes = [start(tmp_path, line) for _ in range(4)]
-    ends = [(process.communicate(timeout=30)[1], process.returncode) for process in processes]
+    ends = [(process.communicate(timeout=LONGEST)[1], process.returncode) for process in processes]
     assert 0 in [status for _, status in ends]
     assert all("-output" in said for said, status in ends if status != 0)
     assert_same(datasets(tmp_path / OUTPUT), break_samples(tmp_path, line, "whole.h5"))

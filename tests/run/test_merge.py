@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from program import (CRACKLE, OUTPUT, assert_same, break_samples, contents, datasets, options_of,
+from program import (CRACKLE, LONGEST, OUTPUT, assert_same, break_samples, contents, datasets, options_of,
                      pause_until_samples_are_due, run, start, succeed, kill, wait_for)
 
 SCENE = "-lattice_size 8 -record breaks,profile,snapshot,network -record_snapshot_at 1,4"
@@ -16,7 +16,7 @@ SCENE = "-lattice_size 8 -record breaks,profile,snapshot,network -record_snapsho
 def merge(folder, *words):
     program = Path(CRACKLE).with_name("crackle_merge")
     return subprocess.run([program, *words], cwd=folder, env=os.environ, text=True, capture_output=True,
-                          timeout=30, check=False)
+                          timeout=LONGEST, check=False)
 
 
 def parts(folder, *ranges, more=""):
@@ -110,7 +110,7 @@ def test_output_of_a_run_that_goes_on_is_its_own(tmp_path):
     process.send_signal(signal.SIGSTOP)
     refused(tmp_path, "0.h5", "-output", "all.h5", "-overwrite", names=["-output all.h5", "no other run"])
     process.send_signal(signal.SIGCONT)
-    process.communicate(timeout=30)
+    process.communicate(timeout=LONGEST)
     assert process.returncode == 0
     assert len(datasets(tmp_path / "all.h5")["/samples/index"]) == 40
 

@@ -3,7 +3,7 @@ import re
 
 import pytest
 from networks import small_network
-from program import OUTPUT, assert_same, break_samples, contents, datasets, run, start, succeed
+from program import LONGEST, OUTPUT, assert_same, break_samples, contents, datasets, run, start, succeed
 
 OPTIONS = {  # of crackle: the default that -help gives
     "-model": "spring", "-lattice": "triangular", "-lattice_size": "16", "-lattice_row_spacing": "1",
@@ -132,7 +132,7 @@ def test_output_that_nobody_reads_any_more(tmp_path):
     process.stdout.readline()
     process.stdout.close()
     errors = process.stderr.read()
-    process.wait(timeout=30)
+    process.wait(timeout=LONGEST)
     assert errors.count("\n") <= 1, errors
 
 

@@ -52,7 +52,8 @@ def test_rows_of_samples_follow_from_their_breaks(tmp_path):
         assert found["/samples/n_p"][s] == peak + 1
         assert found["/samples/peak_load"][s] == load[peak]
         assert found["/samples/peak_displacement"][s] == load[peak] / stiffness[peak]
-        assert found["/samples/initial_stiffness"][s] == stiffness[0]
+        # a strategy may take the one from its factor's last pivot, the other from displacements
+        assert found["/samples/initial_stiffness"][s] == pytest.approx(stiffness[0], rel=1e-13)
         assert (np.diff(stiffness) < 0).all() and stiffness[-1] > 1e-8 * stiffness[0]
     assert (found["/samples/wall_time"] > 0).all() and found["/samples/wall_time"].sum() < seconds
 

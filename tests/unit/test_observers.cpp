@@ -39,7 +39,8 @@ TEST(ObserveBreaks, KeepsTheSequenceAfreshForEachSample) {
   EXPECT_EQ(*std::ranges::max_element(record.load), summary.peak_load);
   EXPECT_EQ(record.load[summary.n_p - 1], summary.peak_load);
   EXPECT_EQ(record.load[summary.n_p - 1] / record.stiffness[summary.n_p - 1], summary.peak_displacement);
-  EXPECT_EQ(record.stiffness[0], summary.initial_stiffness);
+  // a strategy may take the one from its factor's last pivot, the other from displacements
+  EXPECT_NEAR(record.stiffness[0] / summary.initial_stiffness, 1, 1e-13);
   EXPECT_TRUE(std::ranges::is_sorted(record.stiffness, std::greater{})) << "F only falls";
   EXPECT_TRUE(record.profile_peak.empty() && record.profile_failure.empty() && record.snapshots.empty())
       << "nothing that nobody asked for";
