@@ -4,21 +4,19 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "crackle/cholmod_factor.hpp"
+#include "crackle/error.hpp"
 #include "crackle/matrix_rows.hpp"
 #include "crackle/network_matrix.hpp"
-#include "crackle/profile_factor.hpp"
+#include "crackle/quad_solver.hpp"
+#include "crackle/wide_criterion.hpp"
 
 namespace crackle {
 
 namespace {
 
-/// A pivot in quadruple precision below this fraction of its diagonal entry is null. Stiffnesses may span 1e12 and
-/// a network be near to failure on top of that; rounding leaves 1e-33.
-constexpr double kNullQuad = 1e-26;
-/// F of the intact network below this fraction of the plate's diagonal entry is rounding, in quadruple precision.
-constexpr double kNoStiffnessQuad = 1e-26;
 /// Refinement ends when a correction changes no force by more than this fraction, when it no longer halves, or
 /// after so many steps.
 constexpr double kConverged = 1e-17;
@@ -64,23 +62,6 @@ double largest_force(const Network& network, std::span<const std::uint8_t> broke
   return largest;
 }
 
-std::vector<int> matrix_profile(const Network& network) {
-  std::vector<int> first(static_cast<std::size_t>(network.unknowns));
-  for (Dof row = 0; row < network.unknowns; ++row) first[row] = row;
-  for (BondId e = 0; e < network.bonds(); ++e) {
-    if (!network.can_stretch(e)) continue;
-    Dof least = network.plate;
-    for (std::size_t i = 0; i < network.bond_dofs(e).size(); ++i) {
-      if (network.bond_values(e)[i] != 0) least = std::min(least, network.bond_dofs(e)[i]);
-    }
-    for (std::size_t i = 0; i < network.bond_dofs(e).size(); ++i) {
-      int& begin = first[network.bond_dofs(e)[i]];
-      if (network.bond_values(e)[i] != 0) begin = std::min(begin, least);
-    }
-  }
-  return first;
-}
-
 }  // namespace
 
 /// Displacements of one state in long double, and how far off they may be.
@@ -90,46 +71,12 @@ struct Reference::Solved {
   bool singular = false;
 };
 
-struct Reference::QuadSolver {
-  explicit QuadSolver(const Network& whole)
-      : network(whole),
-        factor(matrix_profile(whole)),
-        u(static_cast<std::size_t>(whole.unknowns)),
-        r(u.size()) {}
+/// A new factor for every state: what a strategy makes of downdates is held to it.
+struct Reference::QuadState {
+  QuadState(const Network& network, QuadOrder order) : solver(network, std::move(order), times) {}
 
-  void assemble(std::span<const std::uint8_t> broken) {
-    factor.clear();
-    for (const Dof slot : network.idle) factor.at(slot, slot) = 1;
-    for (BondId e = 0; e < network.bonds(); ++e) {
-      if (broken[e] != 0 || !network.can_stretch(e)) continue;
-      const auto dofs = network.bond_dofs(e);
-      const auto values = network.bond_values(e);
-      for (std::size_t i = 0; i < dofs.size(); ++i) {
-        for (std::size_t j = 0; j < dofs.size(); ++j) {
-          if (dofs[i] < dofs[j] || values[i] == 0 || values[j] == 0) continue;
-          factor.at(dofs[i], dofs[j]) += Quad(network.stiffness[e]) * values[i] * values[j];
-        }
-      }
-    }
-  }
-
-  void solve(std::span<const std::uint8_t> broken, Solved& solved) {
-    assemble(broken);
-    factor.factor(kNullQuad);
-    solved.singular = !(factor.last_pivot() > 0);
-    if (solved.singular) return;
-    std::ranges::fill(u, Quad(0));
-    u.back() = 1;
-    factor.solve(u);
-    fill_residual<Quad>(network, broken, u, r);
-    factor.solve(r);
-    solved.error = largest_force<Quad>(network, broken, r) / largest_force<Quad>(network, broken, u);
-    for (std::size_t i = 0; i < u.size(); ++i) solved.u[i] = static_cast<long double>(u[i] + r[i]);
-  }
-
-  const Network& network;
-  ProfileFactor<Quad> factor;
-  std::vector<Quad> u, r;
+  PhaseTimes times;
+  QuadSolver solver;
 };
 
 struct Reference::RefinedSolver {
@@ -212,14 +159,18 @@ struct Reference::RefinedSolver {
 Reference::Reference(const Network& network, BreakOn break_on, ReferenceKind kind)
     : network_(network),
       break_on_(break_on),
-      solved_(std::make_unique<Solved>()),
       broken_(network.lattice.bond.size(), 0),
       threshold_(network.lattice.bond.size()) {
-  solved_->u.resize(static_cast<std::size_t>(network.unknowns));
   state_.force.resize(network.lattice.bond.size());
-  if (kind != ReferenceKind::refined) quad_ = std::make_unique<QuadSolver>(network);
-  if (kind == ReferenceKind::automatic && quad_->factor.work() > kMostQuadWork) quad_.reset();
-  if (quad_ == nullptr) refined_ = std::make_unique<RefinedSolver>(network);
+  QuadOrder order = find_quad_order(network);
+  const bool small = profile_work(order.first) <= kMostQuadWork;
+  if (kind == ReferenceKind::quad || (kind == ReferenceKind::automatic && small)) {
+    quad_ = std::make_unique<QuadState>(network, std::move(order));
+    return;
+  }
+  refined_ = std::make_unique<RefinedSolver>(network);
+  solved_ = std::make_unique<Solved>();
+  solved_->u.resize(static_cast<std::size_t>(network.unknowns));
 }
 
 Reference::~Reference() = default;
@@ -235,57 +186,67 @@ void Reference::reset(std::span<const double> threshold) {
     threshold_[e] = network_.can_stretch(e) ? threshold[e] : std::numeric_limits<double>::infinity();
   }
   intact_stiffness_ = 0;
+  if (quad_) quad_->solver.reset();
   if (refined_) refined_->reset(broken_);
 }
 
 void Reference::remove(BondId bond) {
   broken_[bond] = 1;
   threshold_[bond] = std::numeric_limits<double>::infinity();
+  if (quad_) quad_->solver.renew();
+  if (quad_) quad_->solver.remove(bond);
   if (refined_) refined_->remove(bond, broken_);
 }
 
 const ReferenceState& Reference::solve() {
-  if (quad_) {
-    quad_->solve(broken_, *solved_);
-  } else {
-    refined_->solve(broken_, *solved_);
-  }
   state_.state = State::failed;
-  const long double plate = solved_->u[network_.plate];
-  const double stiffness = static_cast<double>(1 / plate);
-  if (solved_->singular || !(plate > 0)) return state_;
-  const double none = (quad_ ? kNoStiffnessQuad : kNoStiffness) * network_.plate_diagonal;
-  if (intact_stiffness_ == 0 && stiffness > none) intact_stiffness_ = stiffness;
-  if (!(stiffness > kFailedStiffness * intact_stiffness_) || intact_stiffness_ == 0) return state_;
-  state_.error = solved_->error;
-  state_.critical.stiffness = stiffness;
-  find_critical();
+  if (quad_) {
+    solve_quad();
+  } else {
+    solve_refined();
+  }
   return state_;
 }
 
-void Reference::find_critical() {
+void Reference::solve_quad() {
+  QuadSolver& solver = quad_->solver;
+  const QuadSolver::Outcome outcome = solver.solve();
+  if (outcome == QuadSolver::Outcome::vague) throw SolverError("the reference: " + solver.complaint());
+  if (outcome == QuadSolver::Outcome::loose) return;
+  const auto stiffness = static_cast<double>(solver.stiffness());
+  if (intact_stiffness_ == 0) intact_stiffness_ = stiffness;
+  if (!(stiffness > kFailedQuad * intact_stiffness_)) return;
+  std::ranges::transform(solver.force(), state_.force.begin(), [](Quad f) { return static_cast<double>(f); });
+  state_.largest_force = solver.largest_force();
+  state_.error = solver.uncertain() / solver.largest_force();
+  state_.critical.stiffness = stiffness;
+  if (find_largest_ratio(solver.force(), threshold_, break_on_, state_.critical))
+    state_.state = State::carrying;
+}
+
+void Reference::solve_refined() {
+  refined_->solve(broken_, *solved_);
   const std::span<const long double> u = solved_->u;
-  std::vector<long double> ratio(threshold_.size(), 0.0L);
-  long double largest = 0;
+  const long double plate = u[network_.plate];
+  const double stiffness = static_cast<double>(1 / plate);
+  if (solved_->singular || !(plate > 0)) return;
+  if (intact_stiffness_ == 0 && stiffness > kNoStiffness * network_.plate_diagonal)
+    intact_stiffness_ = stiffness;
+  if (!(stiffness > kFailedStiffness * intact_stiffness_) || intact_stiffness_ == 0) return;
+  state_.error = solved_->error;
+  state_.critical.stiffness = stiffness;
   state_.largest_force = 0;
+  std::vector<long double> force(threshold_.size(), 0.0L);
   for (BondId e = 0; e < network_.bonds(); ++e) {
     const bool there = broken_[e] == 0 && network_.can_stretch(e);
     const long double length = there ? stretch(network_, e, u) : 0.0L;
     state_.force[e] = static_cast<double>(network_.stiffness[e] * length);
     state_.largest_force = std::max(state_.largest_force, std::abs(state_.force[e]));
-    const long double size = break_on_ == BreakOn::magnitude ? std::abs(length) : length;
-    if (!(size > kNoElongation * u[network_.plate])) continue;
-    // as in double, what is beyond its range is infinite: those bonds tie
-    ratio[e] = static_cast<double>(network_.stiffness[e] * size / threshold_[e]);
-    largest = std::max(largest, ratio[e]);
+    if (std::abs(length) > kNoElongation * plate) force[e] = network_.stiffness[e] * length;
   }
-  if (!(largest > 0)) return;
-  const auto tied = [limit = largest * (1 - static_cast<long double>(kTie))](long double r) {
-    return r >= limit;
-  };
-  state_.critical.bond = static_cast<BondId>(std::ranges::find_if(ratio, tied) - ratio.begin());
-  state_.critical.load = static_cast<double>(1 / largest);
-  state_.state = State::carrying;
+  if (find_largest_ratio<long double>(force, threshold_, break_on_, state_.critical)) {
+    state_.state = State::carrying;
+  }
 }
 
 }  // namespace crackle

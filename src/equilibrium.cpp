@@ -9,6 +9,7 @@
 
 #include "crackle/equilibrium_dense.hpp"
 #include "crackle/equilibrium_ksp.hpp"
+#include "crackle/equilibrium_quad.hpp"
 #include "crackle/equilibrium_tree.hpp"
 #include "crackle/error.hpp"
 
@@ -83,6 +84,7 @@ void Equilibrium::resume(std::span<const double> threshold, std::span<const Bond
 
 State Equilibrium::find_critical(Critical& next) {
   State state = search(next);
+  if (knows_its_error()) return state;
   const bool due = options_.check_every > 0 && removed_ % options_.check_every == 0;
   if (state == State::carrying && due) state = double_check(next);
   if (state != State::carrying) return state;
@@ -198,7 +200,7 @@ bool Equilibrium::has_failed(std::span<const double> u) {
 }
 
 std::string equilibrium_names() {
-  return "tree, ksp or dense";
+  return "tree, ksp, dense or quad";
 }
 
 std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const EquilibriumOptions& options,
@@ -209,6 +211,7 @@ std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const Equi
   }
   if (options.strategy == "ksp") return make_equilibrium_ksp(network, options, times);
   if (options.strategy == "dense") return make_equilibrium_dense(network, options, times);
+  if (options.strategy == "quad") return make_equilibrium_quad(network, options, times);
   throw InputError("-equilibrium", options.strategy, equilibrium_names());
 }
 

@@ -54,9 +54,9 @@ constexpr std::array kOptions = {
     OptionText{
         "-stop", "failure", "failure, stiffness=x (0 to 1), breaks=n (from 0) or displacement=d (from 0)",
         "where a sample ends: F below 1e-8 or x of the intact F, n breaks, plate displacement d", true},
-    OptionText{"-equilibrium", "tree", "tree, ksp or dense",
+    OptionText{"-equilibrium", "tree", "tree, ksp, dense or quad",
                "strategy: a factor on a separator tree; a PETSc KSP (the default when a -ksp_ or -pc_ option "
-               "is given); LAPACK",
+               "is given); LAPACK; a factor in 113 bits, where stiffnesses are too far apart for the others",
                true},
     OptionText{"-equilibrium_refactor_every", "1", "an integer from 1",
                "ksp: breaks that one preconditioner serves; an older one leaves more to the iteration", true},

@@ -1,7 +1,6 @@
 /// Forces, loads and breaks in more than double precision: what strategies are compared with.
 ///
-/// Two ways. `quad`: L D L^T of the whole matrix in 113 bits after every break, within its profile; for small
-/// networks. `refined`: a CHOLMOD factor kept current, and iterative refinement of displacements kept in long
+/// Two ways. `quad`: a QuadSolver with a new factor after every break; for small networks. `refined`: a CHOLMOD factor kept current, and iterative refinement of displacements kept in long
 /// double with residuals from the bonds in long double; source: C. B. Moler, J. ACM 14 (1967) 316. Both say how
 /// accurate they are, by the last correction.
 #pragma once
@@ -45,7 +44,7 @@ class Reference {
   /// Back to the intact network with these thresholds.
   void reset(std::span<const double> threshold);
   /// The rules of Equilibrium (ties, failure, what carries nothing), on more accurate forces. Valid until the next
-  /// call.
+  /// call. Throws SolverError where `quad` can't tell what holds.
   const ReferenceState& solve();
   void remove(BondId bond);
 
@@ -54,16 +53,17 @@ class Reference {
 
  private:
   struct Solved;
-  struct QuadSolver;
+  struct QuadState;
   struct RefinedSolver;
 
-  void find_critical();
+  void solve_quad();
+  void solve_refined();
 
   const Network& network_;
   BreakOn break_on_;
-  std::unique_ptr<Solved> solved_;
-  std::unique_ptr<QuadSolver> quad_;  ///< one of these two
+  std::unique_ptr<QuadState> quad_;  ///< one of these two
   std::unique_ptr<RefinedSolver> refined_;
+  std::unique_ptr<Solved> solved_;  ///< what `refined` finds
   std::vector<std::uint8_t> broken_;
   std::vector<double> threshold_;  ///< [M] infinity for what can't break
   double intact_stiffness_ = 0;

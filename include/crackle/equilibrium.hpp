@@ -140,6 +140,11 @@ class Equilibrium {
  protected:
   virtual State search(Critical& next) = 0;                      ///< find_critical without the check
   [[nodiscard]] virtual bool iterates() const { return false; }  ///< its error is the user's choice
+  /// It measures its own error, beyond double: no residual in double says anything about it.
+  [[nodiscard]] virtual bool knows_its_error() const { return false; }
+  void set_intact_stiffness(double stiffness) {
+    intact_stiffness_ = stiffness;
+  }                             ///< who doesn't ask has_failed
   virtual bool renew() = 0;     ///< the next search starts from a new factor; false: K is singular
   virtual void do_reset() = 0;  ///< broken() and threshold() are the new sample's already
   virtual void do_remove(BondId bond) = 0;  ///< broken()[bond] is 1 already
@@ -181,7 +186,7 @@ class Equilibrium {
   double intact_stiffness_ = 0;
 };
 
-/// Names that `-equilibrium` takes, for messages: "tree, ksp or dense".
+/// Names that `-equilibrium` takes, for messages: "tree, ksp, dense or quad".
 [[nodiscard]] std::string equilibrium_names();
 
 /// The strategy of that name. Throws InputError for an unknown one.
