@@ -82,6 +82,15 @@ void Equilibrium::resume(std::span<const double> threshold, std::span<const Bond
   settle();
 }
 
+std::vector<double> Equilibrium::forces() {
+  const auto u = displacements();
+  std::vector<double> force(broken_.size(), 0.0);
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (broken_[e] == 0) force[e] = network_.stiffness[e] * elongation(network_, e, u);
+  }
+  return force;
+}
+
 State Equilibrium::find_critical(Critical& next) {
   State state = search(next);
   if (knows_its_error()) return state;

@@ -36,6 +36,11 @@ class EquilibriumQuad final : public Equilibrium {
     solver_.get_displacements(u_);
     return u_;
   }
+  [[nodiscard]] std::vector<double> forces() override {
+    std::vector<double> force(solver_.force().size());
+    std::ranges::transform(solver_.force(), force.begin(), [](Quad f) { return static_cast<double>(f); });
+    return force;
+  }
   [[nodiscard]] std::int64_t breaks_worth_settling() const override { return breaks_worth_settling_; }
   [[nodiscard]] EquilibriumCounts counts() const override {
     EquilibriumCounts counts = counts_;

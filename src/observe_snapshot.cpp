@@ -28,11 +28,8 @@ Snapshot take_snapshot(std::int32_t number, double load, Equilibrium& equilibriu
   snapshot.displacement.reserve(network.dof.size());
   for (const Dof dof : network.dof)
     snapshot.displacement.push_back(dof == Network::kFixed ? 0 : load * u[dof]);
-  snapshot.force.reserve(network.stiffness.size());
-  for (BondId e = 0; e < network.bonds(); ++e) {
-    const bool carries = equilibrium.broken()[e] == 0;
-    snapshot.force.push_back(carries ? load * network.stiffness[e] * elongation(network, e, u) : 0);
-  }
+  snapshot.force = equilibrium.forces();
+  for (double& force : snapshot.force) force *= load;
   return snapshot;
 }
 

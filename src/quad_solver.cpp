@@ -39,6 +39,11 @@ constexpr double kWorse = 100;
 constexpr double kErrorPerCorrection = 10;
 constexpr double kErrorPerRounding = 16;
 
+/// What rounding of positions alone brings.
+double free_by_turns(double turned) {
+  return std::min(std::max(kFreeTurns * turned, kLeastFree), kMostFree);
+}
+
 double free_stretch(const Network& network, double turned) {
   double stiffest = 0;
   double softest = std::numeric_limits<double>::infinity();
@@ -48,7 +53,7 @@ double free_stretch(const Network& network, double turned) {
     softest = std::min(softest, network.stiffness[e]);
   }
   const double rounded = kFreeRoundings * kRounding * (stiffest / softest);
-  return std::clamp(std::max(kFreeTurns * turned, rounded), kLeastFree, kMostFree);
+  return std::min(std::max(free_by_turns(turned), rounded), kMostFree);
 }
 
 }  // namespace
@@ -60,6 +65,7 @@ QuadSolver::QuadSolver(const Network& network, QuadOrder order, PhaseTimes& time
       bonds_(make_quad_bonds(network, order_)),
       factor_(order_.first),
       free_(free_stretch(network, bonds_.turned)),
+      free_refined_(free_by_turns(bonds_.turned)),
       broken_(network.lattice.bond.size(), 0),
       u_(order_.row.size()),
       r_(u_.size()),
@@ -130,7 +136,7 @@ QuadSolver::Outcome QuadSolver::factor() {
 Quad QuadSolver::judge(int row, Quad pivot, Quad diagonal) {
   if (pivot > kSmallPivot * diagonal) return pivot;
   factor_.null_vector(row, r_);
-  const Motion motion = look_at(r_);
+  const Motion motion = look_at(r_, free_);
   const bool plate = row + 1 == factor_.size();
   if (motion == Motion::free) {
     if (!plate) ++counts_.null_pivots;
@@ -155,7 +161,7 @@ std::string QuadSolver::describe_open(int row) const {
   return text.data();
 }
 
-QuadSolver::Motion QuadSolver::look_at(std::span<const Quad> z) {
+QuadSolver::Motion QuadSolver::look_at(std::span<const Quad> z, double free) {
   Quad way = 0;
   for (const Quad x : z) way = std::max(way, magnitude(x));
   Quad most = 0;
@@ -163,8 +169,8 @@ QuadSolver::Motion QuadSolver::look_at(std::span<const Quad> z) {
     if (acts(e)) most = std::max(most, magnitude(bonds_.stretch(e, z)));
   }
   largest_stretch_ = static_cast<double>(most / way);
-  if (largest_stretch_ <= free_) return Motion::free;
-  return largest_stretch_ < kOpen * free_ ? Motion::open : Motion::stiff;
+  if (largest_stretch_ <= free) return Motion::free;
+  return largest_stretch_ < kOpen * free ? Motion::open : Motion::stiff;
 }
 
 Quad QuadSolver::energy(std::span<const Quad> x) const {
@@ -199,6 +205,7 @@ QuadSolver::Outcome QuadSolver::solve() {
   }
   if (!changed_) fresh_error_ = error;
   const PhaseScope scope(times_, Phase::search);
+  if (look_at(u_, free_refined_) == Motion::free) return Outcome::loose;
   // of all motions with this plate displacement the true one has the least energy: an error enters squared
   const Quad plate = u_.back();
   stiffness_ = energy(u_) / (plate * plate);

@@ -129,6 +129,10 @@ class Equilibrium {
   /// Displacements at unit plate load of the state that find_critical saw last (size: unknowns).
   [[nodiscard]] virtual std::span<const double> displacements() = 0;
 
+  /// [M] of the bonds at unit plate load in that state, 0 for a broken one. Displacements of networks whose stiffnesses
+  /// are far apart may have no digit left that says what they are.
+  [[nodiscard]] virtual std::vector<double> forces();
+
   /// F of the intact network, known after the first find_critical since reset.
   [[nodiscard]] double intact_stiffness() const { return intact_stiffness_; }
   [[nodiscard]] const std::vector<std::uint8_t>& broken() const { return broken_; }  ///< [M] 1: broken

@@ -66,7 +66,7 @@ class QuadSolver {
   void assemble();
   [[nodiscard]] Outcome factor();
   [[nodiscard]] Quad judge(int row, Quad pivot, Quad diagonal);
-  [[nodiscard]] Motion look_at(std::span<const Quad> z);
+  [[nodiscard]] Motion look_at(std::span<const Quad> z, double free);
   [[nodiscard]] Quad energy(std::span<const Quad> x) const;
   [[nodiscard]] std::string describe_open(int row) const;
   void fill_residual();
@@ -81,6 +81,7 @@ class QuadSolver {
   QuadBonds bonds_;
   ProfileFactor<Quad> factor_;
   double free_;                       ///< stretch, relative to the motion, that tells a free one
+  double free_refined_;               ///< the same of a refined motion
   std::vector<int> idle_;             ///< rows that no bond touches
   std::vector<std::uint8_t> broken_;  ///< [M]
   std::vector<Quad> u_, r_;           ///< [n] by rows

@@ -87,6 +87,10 @@ TEST(ResumedSample, GoesOnBitForBitWithEveryStrategyOfOurs) {
   }
   const auto small = test::triangular_networks(4);
   expect_resumable(small.front().network, {.strategy = "dense"});
+  for (const auto& [name, network] : test::triangular_networks(6)) {
+    SCOPED_TRACE(name + " quad");
+    expect_resumable(network, {.strategy = "quad"});
+  }
 }
 
 TEST(ResumedSample, GoesOnBitForBitWithSolversOfPetsc) {
