@@ -17,7 +17,7 @@ import numpy as np
 
 from comparison_file import read_comparison
 
-STRATEGIES = "tree,updown,woodbury,cholmod,mumps,dense,lagged,circulant,jacobi"
+STRATEGIES = "tree,updown,woodbury,cholmod,mumps,dense,quad,lagged,circulant,jacobi"
 COLUMNS = ("scene", "strategy", "breaks", "first_difference", "first_doubtful", "refactors", "backward_error",
            "residual", "force_error", "outcome", "said")
 
