@@ -143,8 +143,7 @@ std::unique_ptr<Equilibrium> make_equilibrium_quad(const Network& network, const
   if (entries > kMostQuadEntries) {
     throw InputError("-equilibrium quad on a network of " + std::to_string(network.unknowns) +
                          " unknowns, whose factor has entries",
-                     std::to_string(entries),
-                     "at most " + std::to_string(kMostQuadEntries) + " (16 bytes each)");
+                     std::to_string(entries), "at most " + std::to_string(kMostQuadEntries) + " of 16 bytes");
   }
   return std::make_unique<EquilibriumQuad>(network, options, times, std::move(order));
 }

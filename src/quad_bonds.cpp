@@ -81,11 +81,14 @@ Axis unit_axis(const Network& network, BondId e) {
   return off < kSameDirection ? step : as_stated;
 }
 
-/// By how much a number may have been rounded, in units of epsilon: one that is a float isn't.
+/// By how much a number may have been rounded, in units of epsilon: one of 24 bits isn't.
 double rounded(double x) {
-  return static_cast<double>(static_cast<float>(x)) == x ? 0 : std::abs(x);
+  int exponent = 0;
+  const double digits = std::ldexp(std::frexp(x, &exponent), 24);
+  return digits == std::trunc(digits) ? 0 : std::abs(x);
 }
 
+/// By what angle rounding of the nodes' coordinates may have turned a bond; equal ones are taken for exact.
 double angle_turned(const Network& network, BondId e) {
   const auto [a, b] = network.lattice.bond[e];
   const Vector2 from = network.lattice.position[a];

@@ -23,6 +23,12 @@ constexpr double kLeastFree = 1e-22;
 constexpr double kMostFree = 1e-8;
 /// Between that and so many times that, nobody knows.
 constexpr double kOpen = 100;
+/// A bond nearly at right angles to a motion holds it by no more than its small component along it; no rounding makes
+/// that, where it is more than this part of the terms that it is a sum of. (Components of the motion that are right to
+/// 8 digits only count.)
+constexpr double kOfItsTerms = 1e-6;
+constexpr double kSureRoundings = 1e8;
+constexpr double kOutweighs = 1e6;
 /// A force below this fraction of the load that stretches its bond by less than this fraction of the plate's
 /// displacement is what rounded positions and stiffnesses make of 0.
 constexpr double kNoForce = 1e-14;
@@ -44,7 +50,7 @@ double free_by_turns(double turned) {
   return std::min(std::max(kFreeTurns * turned, kLeastFree), kMostFree);
 }
 
-double free_stretch(const Network& network, double turned) {
+double contrast(const Network& network) {
   double stiffest = 0;
   double softest = std::numeric_limits<double>::infinity();
   for (BondId e = 0; e < network.bonds(); ++e) {
@@ -52,8 +58,7 @@ double free_stretch(const Network& network, double turned) {
     stiffest = std::max(stiffest, network.stiffness[e]);
     softest = std::min(softest, network.stiffness[e]);
   }
-  const double rounded = kFreeRoundings * kRounding * (stiffest / softest);
-  return std::min(std::max(free_by_turns(turned), rounded), kMostFree);
+  return stiffest / softest;
 }
 
 }  // namespace
@@ -64,8 +69,9 @@ QuadSolver::QuadSolver(const Network& network, QuadOrder order, PhaseTimes& time
       order_(std::move(order)),
       bonds_(make_quad_bonds(network, order_)),
       factor_(order_.first),
-      free_(free_stretch(network, bonds_.turned)),
+      motion_error_(kRounding * contrast(network)),
       free_refined_(free_by_turns(bonds_.turned)),
+      free_(std::min(std::max(free_refined_, kFreeRoundings * motion_error_), kMostFree)),
       broken_(network.lattice.bond.size(), 0),
       u_(order_.row.size()),
       r_(u_.size()),
@@ -153,11 +159,10 @@ std::string QuadSolver::describe_open(int row) const {
   const Dof unknown = static_cast<Dof>(std::ranges::find(order_.row, row) - order_.row.begin());
   const auto slot = std::ranges::find(network_.dof, unknown) - network_.dof.begin();
   std::array<char, 200> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "node %d can move and stretch no bond by more than %.1g of that: rounding of positions leaves open "
-      "whether it is held",
-      static_cast<int>(slot / network_.components), largest_stretch_);
+  std::snprintf(text.data(), text.size(),
+                "node %d can move and stretch no bond by more than %.1g of that: rounding leaves open "
+                "whether it is held",
+                static_cast<int>(slot / network_.components), largest_stretch_);
   return text.data();
 }
 
@@ -169,8 +174,35 @@ QuadSolver::Motion QuadSolver::look_at(std::span<const Quad> z, double free) {
     if (acts(e)) most = std::max(most, magnitude(bonds_.stretch(e, z)));
   }
   largest_stretch_ = static_cast<double>(most / way);
-  if (largest_stretch_ <= free) return Motion::free;
-  return largest_stretch_ < kOpen * free ? Motion::open : Motion::stiff;
+  if (largest_stretch_ >= kOpen * free) return Motion::stiff;
+  const Motion across = look_across(z, way);
+  if (across != Motion::free) return across;
+  return largest_stretch_ <= free ? Motion::free : Motion::open;
+}
+
+/// Stiff by bonds nearly at right angles to it, beyond what rounding of positions may have turned them: if they bear its
+/// energy. What cancels in the others may be rounding; if that has more, nobody knows.
+QuadSolver::Motion QuadSolver::look_across(std::span<const Quad> z, Quad way) const {
+  const Quad sure = kSureRoundings * motion_error_ * way;
+  const Quad turned = kFreeTurns * bonds_.turned * way;
+  Quad across = 0;
+  Quad other = 0;
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (!acts(e)) continue;
+    Quad part = 0;
+    Quad terms = 0;
+    for (int i = 0; i < bonds_.width; ++i) {
+      const Quad x = z[bonds_.rows(e)[i]];
+      if (magnitude(x) <= sure) continue;
+      part += bonds_.values(e)[i] * x;
+      terms += magnitude(bonds_.values(e)[i] * x);
+    }
+    const bool holds = magnitude(part) > turned && magnitude(part) > kOfItsTerms * terms;
+    const Quad stretch = bonds_.stretch(e, z);
+    (holds ? across : other) += network_.stiffness[e] * stretch * stretch;
+  }
+  if (across == 0) return Motion::free;
+  return across > kOutweighs * other ? Motion::stiff : Motion::open;
 }
 
 Quad QuadSolver::energy(std::span<const Quad> x) const {

@@ -27,7 +27,7 @@ struct QuadBonds {
   std::vector<int> row;     ///< [M * width]
   std::vector<Quad> value;  ///< [M * width]; 0 where there is no entry
   /// Largest angle by which roundings of two nodes' coordinates may have turned a bond; coordinates that are equal, or
-  /// fit in single precision, are taken for exact.
+  /// need no more than 24 bits, are taken for exact.
   double turned = 0;
 
   [[nodiscard]] std::span<const int> rows(BondId e) const {

@@ -67,6 +67,7 @@ class QuadSolver {
   [[nodiscard]] Outcome factor();
   [[nodiscard]] Quad judge(int row, Quad pivot, Quad diagonal);
   [[nodiscard]] Motion look_at(std::span<const Quad> z, double free);
+  [[nodiscard]] Motion look_across(std::span<const Quad> z, Quad way) const;
   [[nodiscard]] Quad energy(std::span<const Quad> x) const;
   [[nodiscard]] std::string describe_open(int row) const;
   void fill_residual();
@@ -80,9 +81,10 @@ class QuadSolver {
   QuadOrder order_;
   QuadBonds bonds_;
   ProfileFactor<Quad> factor_;
-  double free_;                       ///< stretch, relative to the motion, that tells a free one
-  double free_refined_;               ///< the same of a refined motion
-  std::vector<int> idle_;             ///< rows that no bond touches
+  double motion_error_;    ///< of a motion found with a factor, relative to it
+  double free_refined_;    ///< stretch, relative to the motion, that tells a free one; of a refined motion
+  double free_;            ///< of any
+  std::vector<int> idle_;  ///< rows that no bond touches
   std::vector<std::uint8_t> broken_;  ///< [M]
   std::vector<Quad> u_, r_;           ///< [n] by rows
   std::vector<Quad> force_;           ///< [M]

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace crackle {
 template <class Real>
 [[nodiscard]] Real wide_ratio(Real force, double threshold, BreakOn break_on) {
   const Real size = break_on == BreakOn::magnitude && force < 0 ? -force : force;
-  return size > 0 ? size / threshold : Real(0);
+  return size > 0 ? size / std::abs(threshold) : Real(0);  // a threshold may be -0
 }
 
 /// Forces [M] at unit plate load, 0 for what carries nothing; thresholds [M], infinite for what can't break. Fills bond

@@ -158,6 +158,29 @@ TEST(EquilibriumQuad, TellsAKinkFromALineAndFromRounding) {
   for (const double off : {1e-11, 1e-9, 1e-6, 1e-3, 0.1}) EXPECT_EQ(look(0.3, off), State::failed) << off;
 }
 
+/// Rows so far apart that only 1e-22 of an inclined bond's force holds a node sideways: it is held all the same, as
+/// one by one in 700 digits; where rounding hides it, that is said.
+TEST(EquilibriumQuad, HoldsWhatIsHeldAtRightAngles) {
+  const auto network_of = [](double spacing) {
+    return make_network(triangular_lattice(5, spacing), Model::spring, Grips::sliding, {});
+  };
+  const Network near = network_of(1e5);
+  const Network far = network_of(1e22);
+  const Thresholds threshold = test::uniform_thresholds(near, 0);
+  const SampleRecord expected = test::break_record(near, {.strategy = "quad"}, threshold);
+  const SampleRecord found = test::break_record(far, {.strategy = "quad"}, threshold);
+  EXPECT_EQ(expected.bond.size(), 15U);
+  EXPECT_EQ(found.bond, expected.bond);
+  EXPECT_NEAR(found.summary.peak_load, 2.29014, 1e-5);
+  PhaseTimes times;
+  const Network farthest = network_of(1e60);
+  const auto equilibrium = make_equilibrium_quad(farthest, {}, times);
+  equilibrium->reset(threshold);
+  Critical next;
+  EXPECT_EQ(equilibrium->find_critical(next), State::unsolved);
+  EXPECT_NE(equilibrium->complaint().find("whether it is held"), std::string::npos);
+}
+
 /// Genuine breaks go on where F has fallen below 1e-9 of what it was; then nothing is left.
 TEST(EquilibriumQuad, GoesOnUntilNothingCarries) {
   const Network network = make_network(triangular_lattice(16, 1), Model::spring, Grips::sliding, {});
