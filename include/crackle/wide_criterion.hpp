@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -10,11 +11,14 @@
 
 namespace crackle {
 
-/// force / threshold, or its magnitude / threshold; 0 where it isn't above 0. In a Real: no double's range cuts it off.
+/// force / threshold, or its magnitude / threshold; 0 where it isn't above 0. As in double, what is beyond its range is
+/// infinite: one rule for every strategy, those bonds tie.
 template <class Real>
 [[nodiscard]] Real wide_ratio(Real force, double threshold, BreakOn break_on) {
   const Real size = break_on == BreakOn::magnitude && force < 0 ? -force : force;
-  return size > 0 ? size / std::abs(threshold) : Real(0);  // a threshold may be -0
+  if (!(size > 0)) return 0;
+  const Real ratio = size / std::abs(threshold);  // which may be -0
+  return ratio <= std::numeric_limits<double>::max() ? ratio : Real(std::numeric_limits<double>::infinity());
 }
 
 /// Forces [M] at unit plate load, 0 for what carries nothing; thresholds [M], infinite for what can't break. Fills bond
