@@ -215,7 +215,7 @@ void Reference::solve_quad() {
   if (outcome == QuadSolver::Outcome::loose) return;
   const auto stiffness = static_cast<double>(solver.stiffness());
   if (intact_stiffness_ == 0) intact_stiffness_ = stiffness;
-  if (!(stiffness > kFailedQuad * intact_stiffness_)) return;
+  if (!(stiffness > kFailedStiffness * intact_stiffness_)) return;
   std::ranges::transform(solver.force(), state_.force.begin(), [](Quad f) { return static_cast<double>(f); });
   state_.largest_force = solver.largest_force();
   state_.error = solver.uncertain() / solver.largest_force();
