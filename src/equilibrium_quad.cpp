@@ -96,7 +96,7 @@ class EquilibriumQuad final : public Equilibrium {
     return is_doubtful(next) ? State::unsolved : State::carrying;
   }
 
-  /// Another bond may have the largest ratio, forces being as uncertain as they are. Equal ratios are decided by number.
+  /// Another bond may have the largest ratio, forces being as uncertain as they are. Equal ones are decided by number.
   bool is_doubtful(const Critical& next) {
     const Quad error = solver_.uncertain();
     const auto force = solver_.force();

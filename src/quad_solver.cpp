@@ -180,8 +180,8 @@ QuadSolver::Motion QuadSolver::look_at(std::span<const Quad> z, double free) {
   return largest_stretch_ <= free ? Motion::free : Motion::open;
 }
 
-/// Stiff by bonds nearly at right angles to it, beyond what rounding of positions may have turned them: if they bear its
-/// energy. What cancels in the others may be rounding; if that has more, nobody knows.
+/// Stiff by bonds nearly at right angles to it, beyond what rounding of positions may have turned them: if they bear
+/// its energy. What cancels in the others may be rounding; if that has more, nobody knows.
 QuadSolver::Motion QuadSolver::look_across(std::span<const Quad> z, Quad way) const {
   const Quad sure = kSureRoundings * motion_error_ * way;
   const Quad turned = kFreeTurns * bonds_.turned * way;

@@ -1,8 +1,8 @@
 /// `-equilibrium quad`: L D L^T in 113 bits, for networks whose stiffnesses are too far apart for double, for breaks
 /// beyond where double can tell F from 0, and to check others with.
 ///
-/// A break costs about 2e-7 seconds times the entries of the profile, a new factor 2e-8 times that times the mean length
-/// of a row. Loads are right to the last bit of a double up to contrasts of 1e16 or so; from 1e30 on most samples end
+/// A break takes about 2e-7 seconds for each entry of the profile, a new factor 2e-8 times the mean length of a row.
+/// Loads are right to the last bit of a double up to contrasts of 1e16 or so; from 1e30 on most samples end
 /// with a message.
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace crackle {
 
-/// Entries of the factor (16 bytes each) above which a network is refused: L = 125 springs, where a break takes a second
-/// or two and a new factor half a minute.
+/// Entries of the factor (16 bytes each) above which a network is refused: L = 125 springs, where a break takes a
+/// second or two and a new factor half a minute.
 inline constexpr std::size_t kMostQuadEntries = 8'000'000;
 
 /// Throws InputError for a network whose factor has more.

@@ -1,5 +1,5 @@
-/// L D L^T of a symmetric matrix within its profile, in an arithmetic wider than double, and kept current while rank-one
-/// terms are taken away.
+/// L D L^T of a symmetric matrix within its profile, in an arithmetic wider than double, and kept current while
+/// rank-one terms are taken away.
 ///
 /// Row i is stored from its first nonzero column on; no fill arises to the left of it, so that the result is that of
 /// the whole dense matrix, zeros left out. Slow, and as accurate as Real allows.

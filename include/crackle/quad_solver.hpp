@@ -1,5 +1,5 @@
-/// The network in equilibrium in 113 bits: L D L^T within a profile, kept current while bonds break, every answer refined
-/// with residuals from the bonds until it is as good as rounding lets it be.
+/// The network in equilibrium in 113 bits: L D L^T within a profile, kept current while bonds break, every answer
+/// refined with residuals from the bonds until it is as good as rounding lets it be.
 ///
 /// What an unknown without stiffness is, and what force is none, is told from the bonds, not from pivots, which
 /// rounding blurs by 1e-34 of the stiffest bond: a motion is free when it stretches no bond by more than the rounding

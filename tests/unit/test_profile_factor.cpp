@@ -99,8 +99,9 @@ TEST(ProfileFactor, ASlackOfNothingIsTold) {
 TEST(ProfileFactor, OrderFollowsTheNodesNotTheirNumbers) {
   const Lattice ordered = triangular_lattice(8, 1);
   Lattice shuffled = ordered;
-  const NodeId n = ordered.nodes();
-  const auto place = [n](NodeId i) { return static_cast<NodeId>((std::int64_t{i} * 37 + 5) % n); };
+  constexpr NodeId n = 81;
+  ASSERT_EQ(ordered.nodes(), n);
+  const auto place = [](NodeId i) { return static_cast<NodeId>((std::int64_t{i} * 37 + 5) % n); };
   for (NodeId i = 0; i < n; ++i) {
     shuffled.position[place(i)] = ordered.position[i];
     shuffled.grip[place(i)] = ordered.grip[i];
