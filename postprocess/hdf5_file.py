@@ -34,8 +34,17 @@ def _one_line(error):
 
 
 def has(file, name):
-    """Whether there is an object of that name, readable or not."""
-    return name in file
+    """Whether there is an object of that name, readable or not. Raises ValueError for a link to another file, which
+    may be a pipe that never answers.
+    """
+    for part in name.split("/"):
+        link = file.get(part, getlink=True) if isinstance(file, h5py.Group) and part in file.keys() else None
+        if isinstance(link, h5py.ExternalLink):
+            raise ValueError(f"/{name}: a link to {link.filename}; it must stand in the file itself")
+        if link is None:
+            return False
+        file = file.get(part)
+    return True
 
 
 def array(file, name, kind, rank):
@@ -62,7 +71,7 @@ def array(file, name, kind, rank):
 
 
 def _dataset(file, name):
-    item = file.get(name)
+    item = file.get(name) if has(file, name) else None
     if item is None:
         raise ValueError(f"dataset /{name}: missing")
     if not isinstance(item, h5py.Dataset):

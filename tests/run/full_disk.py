@@ -74,12 +74,15 @@ class Whole:
 
 
 RUN_8 = "crackle -lattice_size 8 -record breaks,profile -monitor none -output run.h5"
+EVERY_8 = ("crackle -lattice_size 8 -record breaks,profile,snapshot,network -record_snapshot_at 1,9 -monitor none "
+           "-output run.h5")
 RUN_64 = ("crackle -lattice_size 64 -stop breaks=1500 -checkpoint_breaks 200 -checkpoint_every 0 -monitor none "
           "-output run.h5")
 PARTS = tuple(f"crackle -lattice_size 8 -record breaks,profile -monitor none -first_sample {first} -samples 10 "
               f"-output part_{first}.h5" for first in (0, 10))
 MERGE = "crackle_merge part_0.h5 part_10.h5 -output merged.h5"
 UNREADABLE = (OSError, KeyError, RuntimeError, IndexError, ValueError)  # what h5py and numpy say of damaged files
+MERGE_INTO = "crackle_merge part_0.h5 part_10.h5 -output part_0.h5 -overwrite"
 COMPARE = f"crackle_compare -lattice_size 6 -compare {SOLVERS} -compare_repetitions 1 -monitor none -output compare.h5"
 ATTEMPTS = [
     Attempt("run_8", f"{RUN_8} -samples 20", f"{RUN_8} -samples 20 -resume", "run.h5"),
@@ -88,11 +91,16 @@ ATTEMPTS = [
             before=(f"{RUN_8} -samples 8",)),
     Attempt("resume_8_two_processes", f"{RUN_8} -samples 20 -resume", f"{RUN_8} -samples 20 -resume", "run.h5",
             before=(f"{RUN_8} -samples 8",), ranks=2),
+    Attempt("overwrite_8", f"{RUN_8} -samples 20 -overwrite", f"{RUN_8} -samples 20 -resume", "run.h5",
+            before=(f"{RUN_8} -samples 8",)),
+    Attempt("every_record_8", f"{EVERY_8} -samples 5", f"{EVERY_8} -samples 5 -resume", "run.h5"),
     Attempt("run_64", RUN_64, f"{RUN_64} -resume", "run.h5"),
     Attempt("run_64_two_processes", RUN_64, f"{RUN_64} -resume", "run.h5", ranks=2),
     Attempt("merge", MERGE, f"{MERGE} -overwrite", "merged.h5", before=PARTS),
     Attempt("merge_overwrite", f"{MERGE} -overwrite", f"{MERGE} -overwrite", "merged.h5",
             before=(*PARTS, "crackle_merge part_0.h5 -output merged.h5")),
+    Attempt("merge_into_a_part", MERGE_INTO, MERGE_INTO, "part_0.h5", before=PARTS),
+    Attempt("compare_overwrite", f"{COMPARE} -overwrite", f"{COMPARE} -overwrite", "compare.h5", before=(COMPARE,)),
     Attempt("compare", COMPARE, f"{COMPARE} -overwrite", "compare.h5"),
 ]
 
@@ -131,7 +139,7 @@ def prepare(attempt, folder):
         result = execute(folder, line)
         assert result.returncode == 0, result.stderr
     files = {path.name: numbers(path) for path in folder.glob("*.h5")}
-    resumed = attempt.program == "crackle" and attempt.output in files
+    resumed = "-resume" in attempt.line
     return Whole(files, frozenset(samples_of(folder / attempt.output) if resumed else ()))
 
 

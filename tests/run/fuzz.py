@@ -29,6 +29,7 @@ import numpy as np
 import conftest  # pylint: disable=unused-import  # makes postprocess importable
 from damage import GOOD, SECONDS, damaged_uses, in_child, kinds
 from fuzz_networks import write_strange_network
+from fuzz_structures import STRUCTURES, change_structure
 from fuzz_options import as_line, strange_file, strange_words
 from networks import small_network
 from program import PROGRAMS, contents, execute, options_of, whole_run
@@ -187,7 +188,21 @@ def examine_damage(chance, folder):
             for use, how, verdict, said in damaged_uses(kind, number, folder) if verdict not in GOOD]
 
 
-FAMILIES = {"damage": examine_damage, "networks": examine_network, "options": examine_options_file,
+def examine_run(chance, folder):
+    """A run, a shard, a checkpoint or a comparison of another structure. Numbers that it has, in another type say, may
+    be used; what begins with "!" may not.
+    """
+    kind = whole_files()[chance.choice(("run", "run", "shard", "checkpoint", "comparison"))]
+    changed = folder / Path(kind.file).name
+    shutil.copyfile(kind.whole / kind.file, changed)
+    with h5py.File(changed, "r+") as file:
+        done = change_structure(chance, chance.choice(STRUCTURES), file, folder)
+    return [Fault(verdict, f"{kind.name}, {use.name}: {done}", use.line or use.name, said) for use in kind.uses
+            for verdict, said in [kind.use(use, changed, folder / "used")]
+            if verdict not in (GOOD if done.startswith("!") else (*GOOD, "silent"))]
+
+
+FAMILIES = {"damage": examine_damage, "runs": examine_run, "networks": examine_network, "options": examine_options_file,
             "words": examine_words}
 
 

@@ -3,7 +3,7 @@ import pytest
 from fuzz import FAMILIES, examine
 
 SEED = 1
-CASES = {"damage": 40, "networks": 130, "options": 70, "words": 80}
+CASES = {"damage": 30, "runs": 40, "networks": 120, "options": 60, "words": 70}
 
 
 @pytest.mark.parametrize("family", FAMILIES)
