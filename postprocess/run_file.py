@@ -181,10 +181,12 @@ class _Part:
 
 def _read_part(path, may_vanish):
     """One file. None if it does not exist and may_vanish."""
-    if not os.path.isfile(path):
+    if not os.path.lexists(path):
         if may_vanish:
             return None
         raise ValueError(f"{path}: no such file")
+    if not os.path.isfile(path):  # a pipe would never answer
+        raise ValueError(f"{path}: no plain file")
     try:
         with open_file(path) as file:
             return _read_file(path, file)

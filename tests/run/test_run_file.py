@@ -1,5 +1,6 @@
 """The run file: the schema, nothing that nobody asked for, the same samples in every way of asking."""
 import fcntl
+import os
 
 import time
 
@@ -289,3 +290,15 @@ def test_python_tells_of_a_file_that_is_locked(tmp_path):
         fcntl.flock(held, fcntl.LOCK_EX)
         with pytest.raises(ValueError, match="unable to lock file"):
             read_run(tmp_path / OUTPUT)
+
+
+def test_python_refuses_a_shard_that_is_no_file(tmp_path):
+    """It doesn't pass it over in silence, nor wait for a pipe's answer."""
+    succeed(tmp_path, SMALL + " -monitor none")
+    shard = tmp_path / (OUTPUT + ".shards") / "0.h5"
+    shard.parent.mkdir()
+    for make in (os.mkfifo, os.mkdir, lambda path: path.symlink_to("nowhere")):
+        make(shard)
+        with pytest.raises(ValueError, match="0.h5: no plain file"):
+            read_run(tmp_path / OUTPUT)
+        shard.rmdir() if shard.is_dir() else shard.unlink()
