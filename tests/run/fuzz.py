@@ -29,8 +29,8 @@ import numpy as np
 import conftest  # pylint: disable=unused-import  # makes postprocess importable
 from damage import GOOD, SECONDS, damaged_uses, in_child, kinds
 from fuzz_networks import write_strange_network
+from fuzz_options import as_line, strange_command, strange_file
 from fuzz_structures import STRUCTURES, change_structure
-from fuzz_options import as_line, strange_file, strange_words
 from networks import small_network
 from program import PROGRAMS, contents, execute, options_of, whole_run
 from run_file import read_run
@@ -61,7 +61,7 @@ def limit_memory():
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
-def rule_broken_by_the_end(result):
+def rule_broken_by_the_end(result, program):
     """Of a program that was run: "" or the rule."""
     status, stderr = result.returncode, result.stderr
     alarm = next((word for word in ALARMS if word in stderr), None)
@@ -72,9 +72,9 @@ def rule_broken_by_the_end(result):
     if status not in (0, 1):
         return f"status {status}"
     if status == 0:
-        said = [line for line in stderr.splitlines() if not line.startswith("crackle: ")]
+        said = [line for line in stderr.splitlines() if not line.startswith(f"{program}: ")]
         return "status 0 and words on stderr" if said else ""
-    if stderr.count("\n") != 1 or not stderr.startswith("crackle: "):
+    if stderr.count("\n") != 1 or not stderr.startswith(f"{program}: "):
         return "not one line" if stderr else "no line"
     if re.search("[\x00-\x1f\x7f-\x9f]", stderr[:-1]) or len(stderr) > LONGEST_LINE:
         return "a line that can't be read"
@@ -103,7 +103,7 @@ def end_of(folder, line, output="run.h5"):
     """Runs a line in a folder: the rule that was broken, or ""; status; what was said."""
     before = contents(folder)
     result = execute(folder, line, prepare=limit_memory, seconds=SECONDS)
-    rule = rule_broken_by_the_end(result) or rule_broken_in_files(result, before, contents(folder), folder, output)
+    rule = rule_broken_by_the_end(result, line.split()[0]) or rule_broken_in_files(result, before, contents(folder), folder, output)
     return rule, result.returncode, result.stderr
 
 
@@ -154,14 +154,19 @@ def examine_options_file(chance, folder):
 
 
 def examine_words(chance, folder):
+    """A command line of any of the programs."""
     small_network().write(folder / "network.h5")
+    for name in ("run.h5", "other.h5"):
+        (folder / name).write_bytes(whole_run())
+    (folder / "tree.opts").write_text("-equilibrium tree\n")
+    (folder / "cg.opts").write_text("-ksp_type cg\n-pc_type icc\n")
     os.mkfifo(folder / "pipe")
-    words = strange_words(chance)
+    words = strange_command(chance)
     given = {name: value for name, value in zip(words, words[1:]) if name.startswith("-")}
-    output = os.path.normpath(given.get("-output", "crackle.h5"))
-    line = f"crackle {as_line(words)}"
+    output = os.path.normpath(given.get("-output", {"crackle_compare": "compare.h5"}.get(words[0], "crackle.h5")))
+    line = as_line(words)
     rule, status, said = end_of(folder, line, output)
-    if not rule and status == 0 and (folder / output).is_file():
+    if not rule and status == 0 and words[0] == "crackle" and (folder / output).is_file():
         rule = implausible(folder / output) or another_option(folder / output, given)
     return [Fault(rule, "words", line, said)] if rule else []
 

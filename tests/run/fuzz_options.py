@@ -53,15 +53,43 @@ def strange_option(chance):
     return name, chance.choice(VALUES[name])
 
 
+COMPARED = {
+    "-compare": ("tree.opts", "tree.opts,cg.opts", "missing.opts", "network.h5", ".", "pipe", ",", "tree.opts,", ""),
+    "-compare_rtol": (*NUMBERS, "1e-2,1e-4", "1e-2,,1", "1e-2,x"), "-compare_every": INTEGERS, "-compare_skip": INTEGERS,
+    "-compare_repetitions": ("1", "0", "-1", "x", "1.5", "99999999999"), "-compare_along": ("own", *WORDS),
+    "-compare_reference": ("quad", "refined", *WORDS), "-model": ("fuse", *WORDS), "-stop": STOPS,
+    "-lattice_row_spacing": NUMBERS, "-seed": INTEGERS, "-first_sample": INTEGERS, "-samples": ("2",),
+}
+MERGED = ("run.h5", "run.h5", "other.h5", "missing.h5", "network.h5", "pipe", ".", "", "-output", "-output", "merged.h5",
+          "-overwrite", "-help", "-x", "--", "-", "a" * 300, "new\nline.h5")
+
+
 def strange_words(chance):
-    """The words of a command line."""
+    """The words of a command line of crackle."""
     words = ["-lattice_size", chance.choice("1234"), "-monitor", "none"]
     for _ in range(chance.choice((1, 1, 1, 1, 2))):
         name, value = strange_option(chance)
         words += [*BESIDE.get(name, "").split(), name, *([value] if value else [])]
     if "-lattice_file" in words or "file" in words:
         del words[:2]
-    return words
+    return ["crackle", *words]
+
+
+def words_of_compare(chance):
+    words = "-lattice_size 2 -compare tree.opts -compare_repetitions 1 -monitor none".split()
+    for name in chance.sample(list(COMPARED), chance.choice((1, 1, 2))):
+        value = chance.choice(COMPARED[name])
+        words += [name, *([value] if value else [])]
+    return ["crackle_compare", *words]
+
+
+def words_of_merge(chance):
+    words = chance.sample(MERGED, chance.randrange(6))
+    return ["crackle_merge", *(words if chance.random() < 0.5 else ["run.h5", *words, "-output", "merged.h5"])]
+
+
+def strange_command(chance):
+    return chance.choice((strange_words, strange_words, words_of_compare, words_of_merge))(chance)
 
 
 # Each takes (chance, lines), lines of bytes, and gives the bytes of a file.
