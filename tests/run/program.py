@@ -47,14 +47,14 @@ def run(folder, line, ranks=0, prepare=None):
                           timeout=LONGEST, encoding="utf-8", errors="replace", check=False)
 
 
-def execute(folder, line, ranks=0, prepare=None, seconds=LONGEST):
+def execute(folder, line, ranks=0, prepare=None, seconds=LONGEST, out=subprocess.PIPE):
     """The same of any program, which the line names: "crackle_merge a.h5 -output b.h5". returncode None: it had to be
-    killed after so many seconds.
+    killed after so many seconds. out: where its standard output goes.
     """
     program, *words = shlex.split(line)
     launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks else []
     process = subprocess.Popen([*launcher, PROGRAMS[program], *words], cwd=folder, env=environment(), preexec_fn=prepare,
-                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.PIPE,
                                encoding="utf-8", errors="replace")
     try:
         out, err = process.communicate(timeout=seconds)

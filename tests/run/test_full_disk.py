@@ -5,7 +5,8 @@ A tmpfs of so many pages; study_full_disk.py takes every size, here are some of 
 from pathlib import Path
 
 import pytest
-from full_disk import ATTEMPTS, Disk, stepped, try_on, try_under_limit
+from full_disk import ATTEMPTS, COMPARE, PARTS, RUN_8, Disk, numbers, stepped, try_on, try_under_limit
+from program import execute
 
 STEPS = {0: 20, 2: 60}  # KiB, by processes under mpirun, which take long to start
 BY_NAME = {attempt.name: attempt for attempt in ATTEMPTS}
@@ -55,3 +56,22 @@ def test_limit_of_the_shell_on_file_sizes(tmp_path, name):
         verdict, said = try_under_limit(folder, attempt, largest)
         assert_good(name, largest, verdict, said)
         assert verdict == "told"
+
+
+@pytest.mark.parametrize("line, output", [(f"{RUN_8} -samples 2", "run.h5"), (COMPARE, "compare.h5"),
+                                          ("crackle_merge part_0.h5 -output merged.h5", "merged.h5"),
+                                          ("crackle -help", None)])
+def test_words_that_can_not_be_written(tmp_path, line, output):
+    """Standard output on a full disk: told, with status 1; what belongs in files is there."""
+    if "merge" in line:
+        execute(tmp_path, PARTS[0])
+    with open("/dev/full", "wb") as full:
+        result = execute(tmp_path, line, out=full)
+    program = line.split()[0]
+    assert result.returncode == 1 and result.stderr.count("\n") == 1, result.stderr
+    assert result.stderr.startswith(f"{program}: ") and "output" in result.stderr
+    if output:
+        whole = numbers(tmp_path / output)
+        (tmp_path / output).unlink()
+        assert execute(tmp_path, line).returncode == 0
+        assert whole == numbers(tmp_path / output)
