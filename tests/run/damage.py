@@ -232,7 +232,14 @@ def insert(chance, data, place):
     data[place:place] = chance.randbytes(chance.choice((1, 4, 8, 512)))
 
 
-WAYS = (flip, flip, flip, overwrite, overwrite, fill, fill, swap, truncate, append, remove, insert)
+def invert_zeros(chance, data, place):
+    """Sums modulo 65535, as Fletcher's, don't change."""
+    at = data.find(bytes(2), place)
+    if at >= 0:
+        data[at:at + 2] = b"\xff\xff"
+
+
+WAYS = (flip, flip, flip, overwrite, overwrite, fill, fill, invert_zeros, swap, truncate, append, remove, insert)
 
 
 def damage(path, name, number):
