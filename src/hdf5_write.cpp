@@ -25,7 +25,11 @@ void put_attribute(hid_t where, const std::string& name, hid_t type, const void*
   checked(H5Awrite(attribute, type, value), what);
 }
 
-/// In chunks with checksums; what has no values needs none.
+/// Not to compress at all: that would cost more than all else that writing does.
+constexpr unsigned kStored = 0;
+
+/// In chunks with checksums; what has no values needs none. Fletcher's sums don't tell the words 0x0000 and 0xFFFF
+/// apart; the stream of zlib, which has Adler's, does.
 Handle creation_of(std::vector<hsize_t> shape, std::size_t bytes_per_value) {
   Handle properties(checked(H5Pcreate(H5P_DATASET_CREATE), "make properties"));
   checked(H5Pset_obj_track_times(properties, false), "leave out times");
@@ -33,6 +37,7 @@ Handle creation_of(std::vector<hsize_t> shape, std::size_t bytes_per_value) {
   const std::size_t row = shape.size() > 1 ? shape[1] * bytes_per_value : bytes_per_value;
   shape[0] = std::clamp<hsize_t>(kChunk / row, 1, shape[0]);
   checked(H5Pset_chunk(properties, static_cast<int>(shape.size()), shape.data()), "divide a dataset");
+  checked(H5Pset_deflate(properties, kStored), "ask for zlib's checksums");
   checked(H5Pset_fletcher32(properties), "ask for checksums");
   return properties;
 }

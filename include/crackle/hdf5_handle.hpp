@@ -1,7 +1,7 @@
 /// HDF5 at the edge: owned ids, failures as exceptions with HDF5's own reason, vectors in and out.
 ///
-/// What is written carries checksums: HDF5's Fletcher32 filter on every dataset that has values, and those of its newer
-/// file format (1.10) on everything else. Reading checks them.
+/// What is written carries checksums: those of HDF5's Fletcher32 filter and of zlib on every dataset that has values, and
+/// those of HDF5's newer file format (1.10) on everything else. Reading checks them.
 #pragma once
 
 #include <hdf5.h>
