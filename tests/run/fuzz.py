@@ -264,6 +264,7 @@ def main():
     parser.add_argument("--case", type=int, help="this one alone")
     parser.add_argument("--keep", help="a folder for the first case of every kind of fault")
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # OpenBLAS claims memory for every thread it may start
+    os.environ.setdefault("ASAN_OPTIONS", "detect_leaks=0")  # MPI's and hwloc's
     return 1 if search(parser.parse_args()) else 0
 
 

@@ -7,6 +7,7 @@ the number of files that it may hold, then RLIMIT_FSIZE, 512 bytes at a time; pr
 Needs the right to mount. Takes minutes. Verdicts are those of full_disk.judge: "right" and "told" are as it should be.
 """
 import collections
+import signal
 import sys
 import tempfile
 from pathlib import Path
@@ -57,4 +58,5 @@ def main(names):
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the disk is unmounted
     sys.exit(main(sys.argv[1:]))
