@@ -152,11 +152,25 @@ bool CholmodFactor::factor(const SymmetricRows& K) {
   return factor_pinned(K);
 }
 
-bool CholmodFactor::pivots_hold(const SymmetricRows& K) const {
-  for (int column = 0; column < K.n - 1; ++column) {
-    if (!(pivot(factor_, column) > kNullPivot * diagonal(K, order_[column]))) return false;
+bool CholmodFactor::pivots_hold(const SymmetricRows& K) {
+  const auto last = static_cast<std::size_t>(K.n) - 1;
+  pivot_share_.resize(last);
+  for (std::size_t column = 0; column < last; ++column) {
+    pivot_share_[column] = pivot(factor_, static_cast<int>(column)) / diagonal(K, order_[column]);
   }
-  return pivot(factor_, K.n - 1) > 0;
+  smallest_pivot_ = last > 0 ? *std::ranges::min_element(pivot_share_) : 1;
+  const bool hold = std::ranges::all_of(pivot_share_, [](double share) { return share > kNullPivot; });
+  return hold && pivot(factor_, K.n - 1) > 0;
+}
+
+std::vector<int> CholmodFactor::small_pivots(double least) const {
+  std::vector<int> small = pinned_;
+  for (std::size_t column = 0; column < pivot_share_.size(); ++column) {
+    const int unknown = order_[column];
+    const bool is_small = !(pivot_share_[column] > least);
+    if (is_small && std::ranges::find(pinned_, unknown) == pinned_.end()) small.push_back(unknown);
+  }
+  return small;
 }
 
 bool CholmodFactor::factor_pinned(const SymmetricRows& K) {
@@ -253,12 +267,21 @@ double CholmodFactor::downdate(std::span<const RankOne> w) {
 }
 
 void CholmodFactor::solve(std::span<const double> b, std::span<double> x, bool both_sweeps) {
+  const int last = order_.back();
+  const auto is_zero = [](double entry) { return entry == 0; };
+  const bool plate_only = !both_sweeps && std::all_of(b.begin(), b.begin() + last, is_zero) &&
+                          std::all_of(b.begin() + last + 1, b.end(), is_zero);
+  run_solve(plate_only ? CHOLMOD_DLt : CHOLMOD_LDLt, b, x);
+}
+
+void CholmodFactor::back_substitute(std::span<double> x) {
+  run_solve(CHOLMOD_Lt, x, x);
+}
+
+void CholmodFactor::run_solve(int system, std::span<const double> b, std::span<double> x) {
   auto* load = static_cast<double*>(load_->x);
   const std::size_t n = b.size();
   for (std::size_t i = 0; i < n; ++i) load[position_[i]] = b[i];
-  const auto is_zero = [](double entry) { return entry == 0; };
-  const bool plate_only = !both_sweeps && std::all_of(load, load + n - 1, is_zero);
-  const int system = plate_only ? CHOLMOD_DLt : CHOLMOD_LDLt;
   cholmod_solve2(system, factor_, load_, nullptr, &x_, nullptr, &y_, &e_, &common_);
   const auto* solution = static_cast<const double*>(x_->x);
   for (std::size_t i = 0; i < n; ++i) x[i] = solution[position_[i]];

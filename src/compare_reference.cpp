@@ -24,6 +24,8 @@ constexpr int kMostSteps = 40;
 /// A factor that has lost more than this, or makes the error shrink more slowly, is made anew.
 constexpr double kLeastSlack = 1e-6;
 constexpr double kWanted = 1e-15;
+/// F of the intact network below this fraction of the plate's diagonal entry is rounding.
+constexpr double kNoStiffness = 1e-12;
 
 /// b_e . u
 template <class Real>

@@ -102,7 +102,8 @@ class Drive {
       seconds_ += seconds_since(start);
       const std::int64_t iterations = note(before, equilibrium.counts(), k);
       if (state == State::unsolved) complain(k, equilibrium.complaint());
-      if (state == State::failed && k == 0) complain(k, "nothing of the intact network carries load");
+      if ((state == State::failed || state == State::held) && k == 0)
+        complain(k, "nothing of the intact network carries load");
       if (state != State::carrying) break;
       look(equilibrium, next, k, iterations);
       const bool follows = !own_ && k < end;

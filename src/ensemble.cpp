@@ -20,6 +20,14 @@ void add(EquilibriumCounts& sum, const EquilibriumCounts& more) {
   sum.factorizations += more.factorizations;
   sum.refactors += more.refactors;
   sum.confirmations += more.confirmations;
+  sum.refereed += more.refereed;
+  sum.held += more.held;
+  sum.soft_contrast = std::max(sum.soft_contrast, more.soft_contrast);
+  sum.largest_left = std::max(sum.largest_left, more.largest_left);
+  if (more.soft_node >= 0 && (sum.soft_node < 0 || more.soft_pivot < sum.soft_pivot)) {
+    sum.soft_node = more.soft_node;
+    sum.soft_pivot = more.soft_pivot;
+  }
   sum.iterations += more.iterations;
   sum.checks += more.checks;
   if (sum.doubtful == 0 || (more.doubtful > 0 && more.first_doubtful < sum.first_doubtful)) {

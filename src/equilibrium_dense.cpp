@@ -35,15 +35,19 @@ class EquilibriumDense final : public Equilibrium {
     counts_.factor_entries = static_cast<std::int64_t>(n_ * (n_ + 1) / 2);
   }
 
-  [[nodiscard]] std::span<const double> displacements() override { return u_; }
   [[nodiscard]] std::int64_t breaks_worth_settling() const override { return kBreaksWorthSettling; }
 
  private:
+  [[nodiscard]] std::span<const double> do_displacements() override { return u_; }
+
   [[nodiscard]] State search(Critical& next) override {
-    if (!factor()) return State::failed;
+    const bool carries = factor();
+    // a bond that carries force holds no motion alone: breaks make no new null pivot
+    if (most_null_pivots_ < 0) most_null_pivots_ = std::ssize(pinned_);
+    if (!carries || std::ssize(pinned_) > most_null_pivots_) return State::failed;
     solve();
     const PhaseScope scope(times_, Phase::search);
-    if (has_failed(u_)) return State::failed;
+    if (has_failed(1 / u_.back())) return State::failed;
     return scan(u_, next);
   }
 
@@ -135,6 +139,7 @@ class EquilibriumDense final : public Equilibrium {
   std::vector<long double> residual_;  ///< [n]
   std::vector<double> K_;              ///< [n * n] by columns; its factor after `factor`
   std::vector<Dof> pinned_;
+  std::ptrdiff_t most_null_pivots_ = -1;  ///< of the network as it was first seen
 };
 
 }  // namespace

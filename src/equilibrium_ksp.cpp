@@ -4,13 +4,14 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "crackle/error.hpp"
-#include "crackle/failure_solve.hpp"
 #include "crackle/network_matrix.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/preconditioner.hpp"
 #include "crackle/ranks.hpp"
+#include "crackle/solver_quirks.hpp"
 
 namespace crackle {
 
@@ -45,7 +46,6 @@ void check_options(PetscErrorCode code) {
 class EquilibriumKsp final : public Equilibrium {
  public:
   EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times);
-  [[nodiscard]] std::span<const double> displacements() override;
   [[nodiscard]] EquilibriumCounts counts() const override;
   [[nodiscard]] std::int64_t breaks_worth_settling() const override {
     return follows_ ? kBreaksWorthSettlingUpdown : kBreaksWorthSettling;
@@ -57,19 +57,21 @@ class EquilibriumKsp final : public Equilibrium {
   void do_settle() override;
   void do_resume(std::span<const BondId> bonds) override;
   [[nodiscard]] State search(Critical& next) override;
+  [[nodiscard]] std::span<const double> do_displacements() override;
   [[nodiscard]] bool iterates() const override { return !preonly_; }
+  [[nodiscard]] bool is_foreign() const override { return !follows_; }
+  [[nodiscard]] double smallest_pivot() override;
+  [[nodiscard]] bool move_plate(std::span<double> u) override;
   [[nodiscard]] bool renew() override;
   void create_solver();
-  /// Fills u_; `failed` when K is singular.
+  /// Fills u_; `failed`, with a complaint_, when the solver gives up.
   [[nodiscard]] State solve();
   [[nodiscard]] State iterate();
-  [[nodiscard]] State judge(KSPConvergedReason reason);
-  [[nodiscard]] State confirm_failure(const std::string& why);
-  [[nodiscard]] bool plate_is_loose();
+  [[nodiscard]] State give_up(const std::string& why);
   void gather();
   void downdate(BondId bond);
+  [[nodiscard]] bool has_softened() const;
   [[nodiscard]] State check_downdates();
-  [[nodiscard]] State check_direct();
   [[nodiscard]] double measure_residual();
 
   bool
@@ -80,14 +82,14 @@ class EquilibriumKsp final : public Equilibrium {
   petsc::VecHandle all_u_;  ///< with together_: u_ whole
   petsc::ScatterHandle scatter_;
   petsc::KspHandle ksp_;
-  PinnedSolver pinned_;  ///< for when an iteration fails
   std::unique_ptr<Preconditioner> preconditioner_;
   std::int64_t earlier_set_ups_ = 0;  ///< of the preconditioners before this one
   bool follows_ = false;              ///< the preconditioner is a factor that follows the breaks
   bool preonly_ = false;
-  bool loose_ = false;  ///< the last break left nothing that carries
+  bool loose_ = false;  ///< the last break left nothing that carries, or not enough for double
   bool check_due_ = false;
   bool kept_ = false;              ///< the intact factor has a copy
+  PreconditionerCounts intact_;    ///< what is known of the intact network's factor
   std::vector<BondId> removed_;    ///< since reset
   std::vector<double> workspace_;  ///< [n] of the residual
 };
@@ -109,6 +111,11 @@ EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions&
   const PhaseScope scope(times, Phase::factor);
   const PetscErrorCode code = preconditioner_->set_up();
   if (code != PETSC_ERR_MAT_CH_ZRPVT) check_options(code);
+  intact_ = preconditioner_->counts();
+}
+
+double EquilibriumKsp::smallest_pivot() {
+  return intact_.null_pivots > 0 ? 0 : intact_.smallest_pivot;
 }
 
 /// A new one in place of any other: many keep something of the matrices that they have seen, an ordering or a hierarchy.
@@ -124,16 +131,21 @@ void EquilibriumKsp::create_solver() {
   if (together_) check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, kDefaultDivergence, kDefaultIterations));
   check_options(KSPSetFromOptions(ksp_));
+  find_null_pivots(pc);
   preconditioner_ = std::make_unique<Preconditioner>(ksp_, network_, options_.refactor_every);
   follows_ = preconditioner_->follows();
   if (!follows_) matrix_.hold_loose();
-  PetscBool preonly = PETSC_FALSE;
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(ksp_)), KSPPREONLY, &preonly));
-  preonly_ = preonly == PETSC_TRUE;
+  KSPType type = nullptr;
+  check(KSPGetType(ksp_, &type));
+  preonly_ = std::string_view(type) == KSPPREONLY;
+  if (std::string_view(type) == KSPCHEBYSHEV) {
+    throw InputError("-ksp_type", "chebyshev",
+                     "a method that finds the range of eigenvalues itself: cg, minres, ...");
+  }
   if (together_ && preconditioner_->is_ours()) {
-    PCType type = nullptr;
-    check(PCGetType(pc, &type));
-    throw InputError("-pc_type", std::string(type) + " with -ensemble_ranks_per_sample above 1",
+    PCType pc_type = nullptr;
+    check(PCGetType(pc, &pc_type));
+    throw InputError("-pc_type", std::string(pc_type) + " with -ensemble_ranks_per_sample above 1",
                      "a solver for several processes: cholesky (by MUMPS), gamg, hypre, ...");
   }
 }
@@ -193,31 +205,35 @@ void EquilibriumKsp::downdate(BondId bond) {
   }
   if (!follows_) return;
   if (preconditioner_->rank() == 1) {
-    const auto u = displacements();
+    const auto u = do_displacements();
     const double k = network_.stiffness[bond];
     const double force = k * elongation(network_, bond, u);
     const double most =
         1 / (u[network_.plate] + force * force / (k * (std::max(slack, 0.0) + kSlackRounding)));
-    loose_ = most < kFailedStiffness * intact_stiffness();
+    loose_ = most < kRefereedStiffness * intact_stiffness();
     if (loose_) return;
   }
   counts_.smallest_slack = std::min(counts_.smallest_slack, slack);
   check_due_ = slack < kDoubtfulSlack || std::ssize(removed_) % kCheckEvery == 0;
   if (slack >= kSmallSlack) return;
-  loose_ = !renew();
+  loose_ = !renew() || has_softened();
+}
+
+/// Breaks make no new null pivot, since a bond that carries force holds no motion alone.
+bool EquilibriumKsp::has_softened() const {
+  const PreconditionerCounts now = preconditioner_->counts();
+  return now.null_pivots > intact_.null_pivots || now.smallest_pivot < kSoftPivot;
 }
 
 /// An iteration that gives up on an old preconditioner tries a new one.
 State EquilibriumKsp::solve() {
-  const std::int64_t before = counts_.confirmations;
   const State state = iterate();
   if (state == State::carrying || !preconditioner_->lags()) return state;
-  counts_.confirmations = before;
+  complaint_.clear();
   return renew() ? iterate() : State::failed;
 }
 
 State EquilibriumKsp::iterate() {
-  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscErrorCode code = 0;
   {
     const PhaseScope scope(times_, Phase::factor);
@@ -233,49 +249,44 @@ State EquilibriumKsp::iterate() {
   check(KSPGetPC(ksp_, &pc));
   PCFailedReason failed = PC_NOERROR;
   if (code == 0) check(PCGetFailedReason(pc, &failed));
-  if (failed != PC_NOERROR) return confirm_failure("the preconditioner could not be set up");
+  if (failed != PC_NOERROR) {
+    const State state = give_up("the preconditioner could not be set up" + mumps_error(pc));
+    // no singular matrix does that: the solver lacks something
+    return failed == PC_FACTOR_OUTMEMORY || failed == PC_FACTOR_OTHER ? State::unsolved : state;
+  }
   if (code == 0) {
     const PhaseScope scope(times_, Phase::solve);
     code = KSPSolve(ksp_, load_, u_);
   }
-  // CHOLMOD through PETSc answers a singular matrix with this error
-  if (code == PETSC_ERR_MAT_CH_ZRPVT) return confirm_failure(petsc::last_message());
-  check(code);
+  // many answer a singular matrix with an error; of the intact one it is the user's to know
+  if (code != 0 && code != PETSC_ERR_MAT_CH_ZRPVT && removed_.empty()) check(code);
+  if (code != 0) {
+    forget_hypre_errors();
+    return give_up(petsc::last_message());
+  }
   gather();
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   check(KSPGetConvergedReason(ksp_, &reason));
   PetscInt iterations = 0;
   check(KSPGetIterationNumber(ksp_, &iterations));
   counts_.iterations += iterations;
-  return judge(reason);
-}
-
-State EquilibriumKsp::judge(KSPConvergedReason reason) {
   if (reason > 0) return State::carrying;
-  const char* const name = KSPConvergedReasons[reason];
-  return confirm_failure(std::string("the solver stopped with ") + name);
+  return give_up(std::string("the solver stopped with ") + KSPConvergedReasons[reason]);
 }
 
-/// A solver that gives up may have met the end of the network or its own: a factor with null pivots pinned
-/// tells which.
-State EquilibriumKsp::confirm_failure(const std::string& why) {
-  ++counts_.confirmations;
-  if (plate_is_loose()) return State::failed;
-  complaint_ = why +
-               " though the network still carries: try a direct solver, a tighter -ksp_rtol, more "
-               "-ksp_max_it, or for a network with floppy parts -pc_type updown";
-  return State::unsolved;
+/// It may have met the end of the network or its own.
+State EquilibriumKsp::give_up(const std::string& why) {
+  complaint_ = why;
+  return State::failed;
 }
 
-bool EquilibriumKsp::plate_is_loose() {
-  if (!together_) {
-    const bool carries = pinned_.solve(matrix_.get(), load_, u_);
-    return !carries || (intact_stiffness() > 0 && has_failed(displacements()));
-  }
-  const double spring =
-      kFailedStiffness * (intact_stiffness() > 0 ? intact_stiffness() : network_.plate_diagonal);
-  solve_on_spring(matrix_.get(), network_.plate, spring, load_, u_);
-  gather();
-  return has_failed(1 / displacements()[network_.plate] - spring);
+/// Half a solve by a factor that follows: where F is lost in rounding, the displacements relative to the plate's are not.
+bool EquilibriumKsp::move_plate(std::span<double> u) {
+  if (!follows_ || KSPSolve(ksp_, load_, u_) != 0) return false;
+  std::ranges::copy(do_displacements(), u.begin());
+  const double plate = u[network_.plate];
+  for (double& x : u) x /= plate;
+  return std::isfinite(plate) && plate != 0;
 }
 
 /// Every process gets all displacements.
@@ -287,7 +298,7 @@ void EquilibriumKsp::gather() {
 
 double EquilibriumKsp::measure_residual() {
   workspace_.resize(static_cast<std::size_t>(network_.unknowns));
-  const double error = backward_error(network_, broken(), displacements(), workspace_);
+  const double error = backward_error(network_, broken(), do_displacements(), workspace_);
   check_due_ = false;
   return error;
 }
@@ -301,20 +312,7 @@ State EquilibriumKsp::check_downdates() {
     if (state != State::carrying) return state;
     error = measure_residual();
   }
-  if (!(error <= kLargestError)) {
-    complaint_ =
-        "even a fresh factor leaves a relative residual above 1e-12: the stiffnesses differ too much";
-    return State::unsolved;
-  }
-  counts_.largest_residual = std::max(counts_.largest_residual, error);
-  return State::carrying;
-}
-
-/// A direct solver may answer a singular system as if it were none (null pivots set to something), and a
-/// preconditioner alone is no solver: the residual, cheap beside a factorization, tells.
-State EquilibriumKsp::check_direct() {
-  const double error = measure_residual();
-  if (!(error <= kLargestError)) return confirm_failure("the solver left a relative residual above 1e-12");
+  if (!(error <= kLargestError)) return State::failed;
   counts_.largest_residual = std::max(counts_.largest_residual, error);
   return State::carrying;
 }
@@ -329,18 +327,14 @@ State EquilibriumKsp::search(Critical& next) {
   if (loose_) return State::failed;
   State state = solve();
   if (state == State::carrying && check_due_) state = check_downdates();
-  if (state == State::carrying && preonly_ && !follows_) state = check_direct();
-  if (state == State::carrying && !(displacements()[network_.plate] > 0)) {
-    state = confirm_failure("the solver moved the plate against its load, or not at all");
-  }
   if (state != State::carrying) return state;
   const PhaseScope scope(times_, Phase::search);
-  const auto u = displacements();
-  if (has_failed(u)) return State::failed;
+  const auto u = do_displacements();
+  if (has_failed(1 / u[network_.plate])) return State::failed;
   return scan(u, next);
 }
 
-std::span<const double> EquilibriumKsp::displacements() {
+std::span<const double> EquilibriumKsp::do_displacements() {
   const PetscScalar* u = nullptr;
   Vec whole = together_ ? all_u_ : u_;
   check(VecGetArrayRead(whole, &u));

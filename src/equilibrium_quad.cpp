@@ -32,11 +32,11 @@ class EquilibriumQuad final : public Equilibrium {
     counts_.factor_entries = static_cast<std::int64_t>(solver_.entries());
   }
 
-  [[nodiscard]] std::span<const double> displacements() override {
+  [[nodiscard]] std::span<const double> do_displacements() override {
     solver_.get_displacements(u_);
     return u_;
   }
-  [[nodiscard]] std::vector<double> forces() override {
+  [[nodiscard]] std::vector<double> do_forces() override {
     std::vector<double> force(solver_.force().size());
     std::ranges::transform(solver_.force(), force.begin(), [](Quad f) { return static_cast<double>(f); });
     return force;
@@ -85,14 +85,14 @@ class EquilibriumQuad final : public Equilibrium {
       set_intact_stiffness(stiffness);
       counts_.null_pivots = solver_.counts().null_pivots;
     }
-    if (!(stiffness > kFailedQuad * intact_stiffness())) return State::failed;
+    if (!(stiffness > kFailedStiffness * intact_stiffness())) return State::failed;
     next.stiffness = stiffness;
     if (!(solver_.uncertain() < solver_.largest_force())) {
       complain("forces are uncertain by %.1g of the load even in 113 bits: stiffnesses are too far apart",
                solver_.uncertain());
       return State::unsolved;
     }
-    if (!find_largest_ratio(solver_.force(), threshold(), options_.break_on, next)) return State::failed;
+    if (!find_largest_ratio(solver_.force(), threshold(), options_.break_on, next)) return State::held;
     return is_doubtful(next) ? State::unsolved : State::carrying;
   }
 

@@ -42,11 +42,6 @@ class EquilibriumTree final : public Equilibrium {
     counts_.factor_entries = tree_.factor_entries;
   }
 
-  [[nodiscard]] std::span<const double> displacements() override {
-    batch_.search().copy_state(shown_, displacement_);
-    return displacement_;
-  }
-
   [[nodiscard]] std::int64_t breaks_worth_settling() const override {
     const double rows = std::sqrt(static_cast<double>(network_.unknowns) / network_.components);
     return std::llround(std::max(kBreaksOfShortSample, kBreaksPerRow * rows));
@@ -55,7 +50,7 @@ class EquilibriumTree final : public Equilibrium {
   [[nodiscard]] EquilibriumCounts counts() const override {
     EquilibriumCounts counts = counts_;
     counts.factorizations = factor_.factorizations();
-    counts.null_pivots = intact_null_pivots_;
+    counts.null_pivots = intact_pivots_.null;
     return counts;
   }
 
@@ -71,15 +66,27 @@ class EquilibriumTree final : public Equilibrium {
   }
 
  protected:
+  [[nodiscard]] std::span<const double> do_displacements() override {
+    batch_.search().copy_state(shown_, displacement_);
+    return displacement_;
+  }
+
+  /// Of the intact network: asked for before anything has broken, or just after restoring it.
+  [[nodiscard]] double smallest_pivot() override {
+    return intact_pivots_.null > 0 ? 0 : intact_pivots_.smallest;
+  }
+
+  [[nodiscard]] bool move_plate(std::span<double> u) override {
+    if (!batch_.waiting().empty()) (void)take_in();
+    factor_.move_plate(1, u);
+    return true;
+  }
+
   [[nodiscard]] State search(Critical& next) override {
     if (head_ == batch_.verified().size() && state_ == State::carrying) advance();
     if (state_ == State::carrying) {
       const VerifiedBreak& found = batch_.verified()[head_];
       shown_ = static_cast<int>(head_);
-      if (batch_.search().plate(shown_) * kDoubtfulStiffness * intact_stiffness() > 1 &&
-          has_failed(displacements())) {
-        return state_ = State::failed;
-      }
       next = {found.bond, 1 / found.ratio, 1 / batch_.search().plate(shown_)};
     }
     if (checker_) check(next);
@@ -97,7 +104,7 @@ class EquilibriumTree final : public Equilibrium {
       const PhaseScope scope(times_, Phase::factor);
       factor_.restore();
     }
-    intact_null_pivots_ = factor_.null_pivots();
+    intact_pivots_ = factor_.pivots();
     start_from_factor();
   }
 
@@ -137,34 +144,37 @@ class EquilibriumTree final : public Equilibrium {
       if (!take_in()) return;
       result = pass();
     }
-    if (result == BatchResult::failed) state_ = State::failed;
-    if (result != BatchResult::stale) return;
-    state_ = State::unsolved;
-    complaint_ = "tree: a fresh factor doesn't confirm its own forces; the network is close to singular";
+    // stale still: a fresh factor doesn't confirm its own forces
+    if (result != BatchResult::found) state_ = State::failed;
   }
 
   BatchResult pass() {
-    const BatchResult result = batch_.next(kFailedStiffness * intact_stiffness());
+    const BatchResult result = batch_.next(kRefereedStiffness * intact_stiffness());
     head_ = 0;
     unchecked_ += static_cast<std::int64_t>(batch_.verified().size());
     return result;
   }
 
-  /// The factor takes in the waiting breaks. False: that was failure.
+  /// The factor takes in the waiting breaks. False: what is left is not for double.
   bool take_in() {
     const PhaseScope scope(times_, Phase::downdate);
     const double slack = factor_.downdate(batch_.waiting());
     ++tree_counts_.downdates;
-    // When F has gone beyond doubt there is nothing left to be exact about.
-    const bool gone = factor_.stiffness() < 0.5 * kFailedStiffness * intact_stiffness();
+    const bool gone = !(factor_.stiffness() > kRefereedStiffness * intact_stiffness());
     if (!(slack > kLeastSlack) && !gone) make_factor();
     batch_.refresh();
-    if (has_failed(factor_.stiffness())) {
+    if (has_failed(factor_.stiffness()) || has_softened()) {
       state_ = State::failed;
       return false;
     }
     counts_.smallest_slack = std::min(counts_.smallest_slack, slack);
     return true;
+  }
+
+  /// Breaks make no new null pivot, since a bond that carries force holds no motion alone.
+  [[nodiscard]] bool has_softened() const {
+    const TreePivots& now = factor_.pivots();
+    return now.null > intact_pivots_.null || now.smallest < kSoftPivot;
   }
 
   void refactor() {
@@ -193,8 +203,7 @@ class EquilibriumTree final : public Equilibrium {
     checker_->factorize(broken());
     checker_->solve_plate(residual_);
     Critical expected;
-    const State state =
-        has_failed(std::span<const double>(residual_)) ? State::failed : scan(residual_, expected);
+    const State state = has_failed(1 / residual_.back()) ? State::failed : scan(residual_, expected);
     const bool same = state == state_ && (state != State::carrying || expected.bond == next.bond);
     ++tree_counts_.checked;
     tree_counts_.differences += same ? 0 : 1;
@@ -211,7 +220,7 @@ class EquilibriumTree final : public Equilibrium {
   std::size_t head_ = 0;        // verified breaks that have been removed
   int shown_ = 0;               // state that find_critical saw last
   std::int64_t unchecked_ = 0;  // breaks since the last look at the backward error
-  int intact_null_pivots_ = 0;
+  TreePivots intact_pivots_;
   TreeCounts tree_counts_;
   std::vector<double> displacement_;
   std::vector<double> residual_;

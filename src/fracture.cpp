@@ -33,9 +33,11 @@ void check_end(State state, const SampleSummary& summary, const Equilibrium& equ
   const std::string place =
       "sample " + std::to_string(summary.index) + ", after break " + std::to_string(summary.n_f);
   if (state == State::unsolved) throw SolverError(place + ": " + equilibrium.complaint());
-  if (state == State::failed && summary.n_f == 0) {
+  if ((state == State::failed || state == State::held) && summary.n_f == 0) {
+    const std::string doubt = describe_doubt(equilibrium.counts());
     throw SolverError(
-        place + ": no bond of the intact network carries load and can break; are its grips rigidly joined?");
+        place + ": no bond of the intact network carries load and can break; are its grips rigidly joined?" +
+        (doubt.empty() ? "" : " (" + doubt + ")"));
   }
 }
 

@@ -1,7 +1,9 @@
 #include "crackle/network.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <utility>
 
@@ -10,6 +12,9 @@
 namespace crackle {
 
 namespace {
+
+/// Components of a bond's direction below this are neither 0 nor anything whose square is a stiffness in double.
+constexpr double kLeastDirection = 1e-140;
 
 void check_stiffness(const Network& network) {
   if (network.stiffness.size() != network.lattice.bond.size()) {
@@ -114,21 +119,37 @@ void fill_bond(Network& network, BondId e) {
   }
 }
 
-/// K's diagonal; where it is 0 no bond holds the unknown, and the slot is idle.
+/// K's diagonal, and the slots that no bond touches.
 double note_diagonal(Network& network) {
   std::vector<double> diagonal(network.unknowns, 0.0);
+  std::vector<std::uint8_t> touched(network.unknowns, 0);
   for (BondId e = 0; e < network.bonds(); ++e) {
     const auto values = network.bond_values(e);
     for (std::size_t i = 0; i < values.size(); ++i) {
       diagonal[network.bond_dofs(e)[i]] += network.stiffness[e] * values[i] * values[i];
+      if (network.can_stretch(e) && values[i] != 0) touched[network.bond_dofs(e)[i]] = 1;
     }
   }
   network.plate_diagonal = diagonal.back();
   network.idle.clear();
   for (Dof slot = 0; slot < network.unknowns; ++slot) {
-    if (diagonal[slot] == 0) network.idle.push_back(slot);
+    if (touched[slot] == 0) network.idle.push_back(slot);
   }
   return 2.0 * network.width() * *std::ranges::max_element(diagonal);
+}
+
+/// Whether a bond lies along an axis decides how it carries: a direction must say so, beyond what rounding may do.
+void check_directions(const Network& network) {
+  for (BondId e = 0; e < network.bonds(); ++e) {
+    const Vector2 d = network.lattice.direction[e];
+    for (const double part : {d.x, d.y}) {
+      if (network.components == 1 || part == 0 || std::abs(part) >= kLeastDirection) continue;
+      std::array<char, 40> text{};
+      std::snprintf(text.data(), text.size(), "(%.4g, %.4g)", d.x, d.y);
+      throw InputError("direction of bond " + std::to_string(e), text.data(),
+                       "components that are 0 or at least 1e-140 (-lattice_row_spacing, positions of a file)");
+    }
+  }
 }
 
 }  // namespace
@@ -143,6 +164,7 @@ Network make_network(Lattice lattice, Model model, Grips grips, std::vector<doub
   if (network.stiffness.empty()) network.stiffness.assign(network.lattice.bond.size(), 1.0);
   check_stiffness(network);
   check_path(network);
+  check_directions(network);
   number_unknowns(network);
   const std::size_t entries = network.lattice.bond.size() * network.width();
   network.bond_dof.assign(entries, 0);

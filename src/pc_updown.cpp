@@ -27,6 +27,7 @@ void factor_now(PC pc) {
   updown.queue.clear();
   ++updown.counts.factorizations;
   updown.counts.null_pivots = static_cast<std::int64_t>(updown.factor->pinned().size());
+  updown.counts.smallest_pivot = updown.factor->smallest_pivot();
   updown.counts.entries = updown.factor->entries();
 }
 

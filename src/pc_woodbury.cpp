@@ -44,6 +44,7 @@ void factor_now(PC pc) {
   woodbury.capacitance.clear();
   ++woodbury.counts.factorizations;
   woodbury.counts.null_pivots = static_cast<std::int64_t>(woodbury.factor->pinned().size());
+  woodbury.counts.smallest_pivot = woodbury.factor->smallest_pivot();
   woodbury.counts.entries = woodbury.factor->entries();
 }
 

@@ -89,11 +89,11 @@ void Preconditioner::restore() {
 PreconditionerCounts Preconditioner::counts() const {
   if (kind_ == Kind::updown) {
     const PcUpdownCounts counts = pc_updown_counts(pc_);
-    return {counts.factorizations, counts.null_pivots, counts.entries};
+    return {counts.factorizations, counts.null_pivots, counts.entries, counts.smallest_pivot};
   }
   if (kind_ == Kind::woodbury) {
     const PcWoodburyCounts counts = pc_woodbury_counts(pc_);
-    return {counts.factorizations, counts.null_pivots, counts.entries};
+    return {counts.factorizations, counts.null_pivots, counts.entries, counts.smallest_pivot};
   }
   return {.factorizations = kind_ == Kind::circulant ? 1 : set_ups_};
 }

@@ -40,6 +40,20 @@ void print_times(const EquilibriumCounts& counts, const PhaseTimes& times, doubl
   row("other", seconds - named);
 }
 
+void print_referee(const EquilibriumCounts& counts) {
+  const std::string doubt = describe_doubt(counts);
+  if (!doubt.empty()) std::printf("  doubtful network     %s\n", doubt.c_str());
+  if (counts.refereed > 0) {
+    std::printf("  refereed breaks      %lld, where double precision could not tell which bond is next\n",
+                static_cast<long long>(counts.refereed));
+  }
+  if (counts.held > 0) {
+    std::printf(
+        "  never failed         %lld samples, whose last bonds can't break; F/F0 up to %.4g is left\n",
+        static_cast<long long>(counts.held), counts.largest_left);
+  }
+}
+
 void print_counts(const EquilibriumCounts& counts) {
   std::printf("equilibrium: %lld unknowns, %lld factorizations, %lld refactors asked for by a check\n",
               static_cast<long long>(counts.unknowns), static_cast<long long>(counts.factorizations),
@@ -51,9 +65,10 @@ void print_counts(const EquilibriumCounts& counts) {
                 static_cast<double>(counts.iterations) / static_cast<double>(counts.breaks));
   }
   if (counts.confirmations > 0) {
-    std::printf("  failures confirmed   %lld, by a direct factor\n",
+    std::printf("  ends looked into     %lld, where the solver gave up\n",
                 static_cast<long long>(counts.confirmations));
   }
+  print_referee(counts);
   if (counts.doubtful > 0) {
     std::printf(
         "  doubtful breaks      %lld, the first at break %lld of its sample: with residuals up to %.1g "

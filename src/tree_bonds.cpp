@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace crackle {
 
@@ -17,6 +19,9 @@ TreeBonds make_tree_bonds(const Network& network, const SeparatorTree& tree) {
     for (int i = 0; i < bonds.width; ++i) {
       if (network.bond_values(e)[i] != 0)
         earliest = std::min(earliest, tree.position[network.bond_dofs(e)[i]]);
+    }
+    if (earliest < 0 || earliest >= tree.positions()) {
+      throw std::logic_error("bond " + std::to_string(e) + " has no unknown in the tree");
     }
     bonds.owner[e] = tree.owner[earliest];
     ++bonds.start[bonds.owner[e] + 1];

@@ -30,7 +30,7 @@ TreeFactor::TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const 
 
 void TreeFactor::factorize(std::span<const std::uint8_t> broken) {
   ++factorizations_;
-  null_pivots_ = factorize_tree(tree_, bonds_, broken, {entries_, diagonal_, inverse_});
+  pivots_ = factorize_tree(tree_, bonds_, broken, {entries_, diagonal_, inverse_});
 }
 
 /// copy(column, saved, rows) for every column from its diagonal down, and where it is kept in
@@ -56,19 +56,19 @@ void TreeFactor::restore() {
     for_each_column([](const double* column, double* saved, int rows) { std::copy_n(column, rows, saved); });
     intact_diagonal_ = diagonal_;
     intact_inverse_ = inverse_;
-    intact_null_pivots_ = null_pivots_;
+    intact_pivots_ = pivots_;
     return;
   }
   for_each_column([](double* column, const double* saved, int rows) { std::copy_n(saved, rows, column); });
   std::ranges::copy(intact_diagonal_, diagonal_.begin());
   std::ranges::copy(intact_inverse_, inverse_.begin());
-  null_pivots_ = intact_null_pivots_;
+  pivots_ = intact_pivots_;
 }
 
-void TreeFactor::solve_plate(std::span<double> u) const {
+void TreeFactor::move_plate(double plate, std::span<double> u) const {
   std::vector<double> x(tree_.positions());
   std::vector<double> boundary;
-  x.back() = inverse_.back();
+  x.back() = plate;
   for (FrontId f = tree_.fronts() - 2; f >= 0; --f) {
     const Front& front = tree_.front[f];
     const double* entries = entries_.data() + front.block;

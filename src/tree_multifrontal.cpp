@@ -32,13 +32,13 @@ class Multifrontal {
     find_diagonal();
   }
 
-  int run() {
+  TreePivots run() {
     for (FrontId f = 0; f < tree_.fronts(); ++f) {
       assemble(f);
       eliminate(f);
       store(f);
     }
-    return null_pivots_;
+    return pivots_;
   }
 
  private:
@@ -136,7 +136,8 @@ class Multifrontal {
     double* kept = scaled_.data() + static_cast<std::size_t>(c - start) * rows;
     const bool plate = at + 1 == tree_.positions();
     const bool null = !plate && !(l[c] > kNullPivot * original_[at]);
-    null_pivots_ += null ? 1 : 0;
+    pivots_.null += null ? 1 : 0;
+    if (!plate && !null) pivots_.smallest = std::min(pivots_.smallest, l[c] / original_[at]);
     factor_.diagonal[at] = null ? 0 : l[c];
     factor_.inverse[at] = null ? 0 : 1 / l[c];
     for (int r = c + 1; r < rows; ++r) {
@@ -174,13 +175,13 @@ class Multifrontal {
   std::vector<double> matrix_;
   std::vector<double> scaled_;
   std::vector<double> original_;  // [positions] diagonal of K
-  int null_pivots_ = 0;
+  TreePivots pivots_;
 };
 
 }  // namespace
 
-int factorize_tree(const SeparatorTree& tree, const TreeBonds& bonds, std::span<const std::uint8_t> broken,
-                   const FactorStorage& factor) {
+TreePivots factorize_tree(const SeparatorTree& tree, const TreeBonds& bonds,
+                          std::span<const std::uint8_t> broken, const FactorStorage& factor) {
   return Multifrontal(tree, bonds, broken, factor).run();
 }
 

@@ -70,13 +70,21 @@ class CholmodFactor {
   [[nodiscard]] std::int64_t entries() const;  ///< nonzeros of L, the diagonal included
   [[nodiscard]] std::int64_t factor_bytes() const { return bytes_; }        ///< with the kept copy
   [[nodiscard]] const std::vector<int>& pinned() const { return pinned_; }  ///< of the last factor call
+  /// Of the last factor call: the smallest pivot over its diagonal entry of K, pinned ones and the last left out.
+  [[nodiscard]] double smallest_pivot() const { return smallest_pivot_; }
+  /// Right after factor: unknowns whose pivot is at or below `least` of its diagonal entry, the pinned ones included.
+  [[nodiscard]] std::vector<int> small_pivots(double least) const;
+  /// x = L^-T x (unit diagonal, size n): of e_j, the motion with 1 at j and 0 at what is eliminated later, and j's pivot
+  /// for its energy.
+  void back_substitute(std::span<double> x);
 
  private:
   void analyse(const SymmetricRows& K, int block_size);
   void factor_afresh(const SymmetricRows& K);
   [[nodiscard]] bool factor_pinned(const SymmetricRows& K);
   [[nodiscard]] std::vector<int> find_null_pivots(const SymmetricRows& K);
-  [[nodiscard]] bool pivots_hold(const SymmetricRows& K) const;
+  [[nodiscard]] bool pivots_hold(const SymmetricRows& K);
+  void run_solve(int system, std::span<const double> b, std::span<double> x);
   void fill_change(std::span<const RankOne> w);
   void collect_path(std::span<const RankOne> w);
 
@@ -90,6 +98,8 @@ class CholmodFactor {
   std::vector<double> path_pivot_;     ///< their pivots before it
   std::vector<std::uint8_t> on_path_;  ///< [n] marks, all 0 between calls
   std::vector<int> pinned_;
+  std::vector<double> pivot_share_;  ///< [n] by columns: pivot over diagonal entry, when they were made
+  double smallest_pivot_ = 1;
   std::vector<double> pinned_value_;  ///< K's values with the pins, where there are any
   std::vector<double> kept_;          ///< the factor's values; empty: nothing kept
   std::int64_t bytes_ = 0;

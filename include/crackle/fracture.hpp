@@ -11,10 +11,10 @@
 
 namespace crackle {
 
-/// When a sample ends, unless the network fails before.
+/// When a sample ends, unless the network fails before, or nothing that is left can break (State::held).
 struct StopRule {
   enum class Kind : std::uint8_t {
-    failure,       ///< F below 1e-8 of the intact F
+    failure,       ///< nothing carries any more: F is 0
     stiffness,     ///< F below `value` times the intact F
     breaks,        ///< `value` bonds broken
     displacement,  ///< the next bond would break at a plate displacement above `value`

@@ -21,6 +21,7 @@ struct PcUpdownCounts {
   std::int64_t downdates = 0;       ///< passes over the factor, of any rank
   std::int64_t rank = 0;            ///< bonds taken out by them
   std::int64_t null_pivots = 0;     ///< pinned in the last factorization
+  double smallest_pivot = 1;        ///< of the others, over its diagonal entry
   std::int64_t entries = 0;         ///< of the factor
 };
 

@@ -18,6 +18,7 @@ namespace crackle {
 struct PcWoodburyCounts {
   std::int64_t factorizations = 0;  ///< from scratch
   std::int64_t null_pivots = 0;     ///< pinned in the last one
+  double smallest_pivot = 1;        ///< of the others, over its diagonal entry
   std::int64_t entries = 0;         ///< of the factor
   std::int64_t rank = 0;            ///< bonds in the capacitance matrix now
 };

@@ -5,6 +5,7 @@
 #include <petscksp.h>
 
 #include <cstdint>
+#include <limits>
 
 #include "crackle/cholmod_factor.hpp"
 #include "crackle/network.hpp"
@@ -15,6 +16,8 @@ struct PreconditionerCounts {
   std::int64_t factorizations = 0;  ///< set-ups from scratch
   std::int64_t null_pivots = 0;     ///< pinned in the last one
   std::int64_t entries = 0;         ///< of the factor; 0 where the solver doesn't tell
+  /// The smallest pivot but those over its diagonal entry, in the last one; NaN where the solver doesn't tell.
+  double smallest_pivot = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Makes `-pc_type updown`, `circulant` and `woodbury` known; once after PetscInitialize.

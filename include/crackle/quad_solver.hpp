@@ -18,9 +18,6 @@
 
 namespace crackle {
 
-/// F below this fraction of the intact network's is 0: bond directions are right to 1e-16, and F goes with the square.
-inline constexpr double kFailedQuad = 1e-24;
-
 struct QuadCounts {
   std::int64_t factorizations = 0;
   std::int64_t refactors = 0;    ///< those among them that a slack or an error asked for

@@ -16,6 +16,7 @@
 #include "crackle/separator_tree.hpp"
 #include "crackle/tree_bonds.hpp"
 #include "crackle/tree_kernels.hpp"
+#include "crackle/tree_multifrontal.hpp"
 
 namespace crackle {
 
@@ -40,7 +41,9 @@ class TreeFactor {
   [[nodiscard]] double downdate(std::span<const BondId> bonds);
 
   /// K u = e_plate by back-substitution alone, one right-hand side. u: [n], idle slots 0.
-  void solve_plate(std::span<double> u) const;
+  void solve_plate(std::span<double> u) const { move_plate(inverse_.back(), u); }
+  /// The same with u[plate] given: also where F is lost in rounding.
+  void move_plate(double plate, std::span<double> u) const;
 
   [[nodiscard]] FrontBlock block(FrontId f) const {
     const Front& front = tree_.front[f];
@@ -65,7 +68,8 @@ class TreeFactor {
   }
   /// F: the plate's pivot.
   [[nodiscard]] double stiffness() const { return diagonal_.back(); }
-  [[nodiscard]] int null_pivots() const { return null_pivots_; }
+  /// Of the last factorization, or of the intact one that restore brought back.
+  [[nodiscard]] const TreePivots& pivots() const { return pivots_; }
   /// Entries that downdates read and wrote since the start.
   [[nodiscard]] std::int64_t entries_updated() const { return entries_updated_; }
   [[nodiscard]] std::int64_t factorizations() const { return factorizations_; }
@@ -86,8 +90,8 @@ class TreeFactor {
   AlignedVector intact_entries_;  // [factor_entries] the blocks' columns from the diagonal down, no padding
   std::vector<double> intact_diagonal_;
   std::vector<double> intact_inverse_;
-  int null_pivots_ = 0;
-  int intact_null_pivots_ = 0;
+  TreePivots pivots_;
+  TreePivots intact_pivots_;
   std::int64_t entries_updated_ = 0;
   std::int64_t factorizations_ = 0;
 

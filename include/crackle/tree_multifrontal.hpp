@@ -23,9 +23,13 @@ struct FactorStorage {
   std::span<double> inverse;   ///< [positions] 1/D; 0: pinned
 };
 
-/// Leaves out the bonds for which broken[e] != 0 (size M; empty: none is broken). Returns how many null
-/// pivots were pinned; the last pivot, the plate's, is never one.
-int factorize_tree(const SeparatorTree& tree, const TreeBonds& bonds, std::span<const std::uint8_t> broken,
-                   const FactorStorage& factor);
+struct TreePivots {
+  int null = 0;         ///< pinned; the last pivot, the plate's, is never one
+  double smallest = 1;  ///< of the others, over their diagonal entries
+};
+
+/// Leaves out the bonds for which broken[e] != 0 (size M; empty: none is broken).
+TreePivots factorize_tree(const SeparatorTree& tree, const TreeBonds& bonds,
+                          std::span<const std::uint8_t> broken, const FactorStorage& factor);
 
 }  // namespace crackle

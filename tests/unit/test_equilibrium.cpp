@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "crackle/equilibrium.hpp"
+#include "support/break_record.hpp"
 #include "support/expect_refused.hpp"
 #include "support/small_networks.hpp"
 
@@ -16,7 +17,7 @@ class Given final : public Equilibrium {
       : Equilibrium(network, {.break_on = break_on}, none_),
         u_(static_cast<std::size_t>(network.unknowns), 1.0) {}
 
-  [[nodiscard]] std::span<const double> displacements() override { return u_; }
+  [[nodiscard]] std::span<const double> do_displacements() override { return u_; }
   State look(Critical& next) { return scan(u_, next); }  ///< find_critical without its distrust
   using Equilibrium::has_failed;
 
@@ -104,7 +105,7 @@ TEST(Equilibrium, CheckMeasuresEveryNthBreakRenewsAndThenComplains) {
 }
 
 /// Two fuses side by side, u = 1/2: a residual of d makes forces uncertain by 10 d. Ratios are 0.5 / 1 and 0.5 / 1.01.
-TEST(Equilibrium, DoubtEndsADirectStrategyThatANewFactorDoesNotHelpAndIsCountedOfAnIteration) {
+TEST(Equilibrium, DoubtAsksForANewFactorThenForTheRefereeAndIsCountedOfAnIteration) {
   const Network network = test::bundle(2);
   const std::vector<double> threshold{1.01, 1.0};
   Critical next;
@@ -114,15 +115,24 @@ TEST(Equilibrium, DoubtEndsADirectStrategyThatANewFactorDoesNotHelpAndIsCountedO
     return equilibrium.find_critical(next);
   };
   Given certain(network, EquilibriumOptions{});
-  EXPECT_EQ(start(certain, 0.5 + 1e-5), State::carrying) << "1 % apart, 0.02 % uncertain";
+  EXPECT_EQ(start(certain, 0.5 + 1e-12), State::carrying) << "as good as a direct solver is";
   EXPECT_EQ(certain.renewals, 0);
+  Given loose(network, EquilibriumOptions{});
+  EXPECT_EQ(start(loose, 0.5 + 1e-5), State::carrying)
+      << "1 % apart, 0.02 % uncertain; but loads are off by as much";
+  EXPECT_EQ(loose.renewals, 1);
+  EXPECT_EQ(loose.counts().refereed, 1);
+  EXPECT_NEAR(next.load, 2, 1e-15);
   Given mended(network, EquilibriumOptions{});
   mended.u_after_renewal = 0.5;
   EXPECT_EQ(start(mended, 0.501), State::carrying);
   EXPECT_EQ(mended.renewals, 1);
   Given hopeless(network, EquilibriumOptions{});
-  EXPECT_EQ(start(hopeless, 0.501), State::unsolved);
-  EXPECT_NE(hopeless.complaint().find("bond 1"), std::string::npos) << hopeless.complaint();
+  EXPECT_EQ(start(hopeless, 0.501), State::carrying);
+  EXPECT_EQ(hopeless.renewals, 1);
+  EXPECT_EQ(hopeless.counts().refereed, 1);
+  EXPECT_EQ(next.bond, 1);
+  EXPECT_NEAR(next.load, 2, 1e-15);
   EXPECT_EQ(hopeless.counts().doubtful, 0);
   Given iteration(network, EquilibriumOptions{});
   iteration.iterating = true;
@@ -148,7 +158,46 @@ TEST(Equilibrium, ABondThatIsCriticalForItsThresholdAloneIsLookedAt) {
   EXPECT_EQ(next.bond, 0);
   equilibrium.remove(1);
   equilibrium.u_ = {1e-10, 1.0};  // what looks like no force, with a residual of 1
-  EXPECT_EQ(equilibrium.find_critical(next), State::unsolved);
+  EXPECT_EQ(equilibrium.find_critical(next), State::carrying) << "the referee's";
+  EXPECT_EQ(next.bond, 0);
+  EXPECT_NEAR(next.stiffness, 0.5, 1e-15);
+}
+
+/// Ratios of thresholds far from 1 leave double's range; their order and the loads need not.
+TEST(Equilibrium, ThresholdsOfAnySizeOrderAsThoseOfSizeOne) {
+  const Network network = test::bundle(3);
+  for (const double scale : {1e-309, 1e-200, 1.0, 1e200, 1e307}) {
+    for (const char* strategy : {"tree", "dense"}) {
+      PhaseTimes times;
+      const auto equilibrium = make_equilibrium(network, {.strategy = strategy}, times);
+      const SampleRecord record =
+          test::break_record(*equilibrium, std::vector{0.5 * scale, 0.2 * scale, 0.3 * scale});
+      EXPECT_EQ(record.bond, (std::vector<BondId>{1, 2, 0})) << strategy << " " << scale;
+      EXPECT_NEAR(record.load[0] / (0.6 * scale), 1, 1e-12) << strategy << " " << scale;
+      EXPECT_NEAR(record.load[2] / (0.5 * scale), 1, 1e-12) << strategy << " " << scale;
+    }
+  }
+  Given negative(network);
+  negative.reset(std::vector{0.5, -0.0, 0.3});
+  EXPECT_EQ(critical_bond(negative), 1) << "-0 is 0";
+}
+
+/// Bonds that can't break end a sample that carries still.
+TEST(Equilibrium, ASampleThatCanBreakNoMoreIsHeld) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const Network network = test::bundle(3);
+  for (const char* strategy : {"tree", "dense", "ksp", "quad"}) {
+    PhaseTimes times;
+    const auto equilibrium = make_equilibrium(network, {.strategy = strategy}, times);
+    equilibrium->reset(std::vector{kNever, 0.3, kNever});
+    Critical next;
+    ASSERT_EQ(equilibrium->find_critical(next), State::carrying) << strategy;
+    EXPECT_EQ(next.bond, 1) << strategy;
+    equilibrium->remove(1);
+    EXPECT_EQ(equilibrium->find_critical(next), State::held) << strategy;
+    EXPECT_EQ(equilibrium->counts().held, 1) << strategy;
+    EXPECT_NEAR(equilibrium->counts().largest_left, 2.0 / 3, 1e-15) << strategy;
+  }
 }
 
 TEST(Equilibrium, TensionLeavesWhatIsPressedAndFailsWithoutAny) {
@@ -224,8 +273,8 @@ TEST(Equilibrium, ResetForgetsAndFailureIsAShareOfTheIntactStiffness) {
     Given equilibrium(network);
     equilibrium.reset(std::vector{0.1});
     EXPECT_FALSE(equilibrium.has_failed(50));
-    EXPECT_FALSE(equilibrium.has_failed(51e-8));
-    EXPECT_TRUE(equilibrium.has_failed(49e-8));
+    EXPECT_FALSE(equilibrium.has_failed(51e-6));
+    EXPECT_TRUE(equilibrium.has_failed(49e-6));
     EXPECT_TRUE(equilibrium.has_failed(std::numeric_limits<double>::quiet_NaN()));
     EXPECT_EQ(equilibrium.intact_stiffness(), 50);
     equilibrium.reset(std::vector{0.1});

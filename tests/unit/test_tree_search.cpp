@@ -256,7 +256,7 @@ std::vector<VerifiedBreak> break_in_batches(Solver& solver, std::vector<double> 
   TreeBatch batch(solver.network, solver.tree, solver.bonds, solver.factor, solver.kernels,
                   BreakOn::magnitude, solver.scratch, times);
   batch.reset(threshold);
-  const double least = kFailedStiffness * solver.factor.stiffness();
+  const double least = kRefereedStiffness * solver.factor.stiffness();
   std::vector<std::uint8_t> broken(solver.network.bonds(), 0);
   std::vector<VerifiedBreak> breaks;
   while (true) {
