@@ -146,8 +146,9 @@ void check_directions(const Network& network) {
       if (network.components == 1 || part == 0 || std::abs(part) >= kLeastDirection) continue;
       std::array<char, 40> text{};
       std::snprintf(text.data(), text.size(), "(%.4g, %.4g)", d.x, d.y);
-      throw InputError("direction of bond " + std::to_string(e), text.data(),
-                       "components that are 0 or at least 1e-140 (-lattice_row_spacing, positions of a file)");
+      throw InputError(
+          "direction of bond " + std::to_string(e), text.data(),
+          "components that are 0 or at least 1e-140 (-lattice_row_spacing, positions of a file)");
     }
   }
 }

@@ -53,7 +53,8 @@ constexpr std::array kOptions = {
                "breaks from one chance to keep it to the next; 0: what -equilibrium takes for cheap", true},
     OptionText{
         "-stop", "failure", "failure, stiffness=x (0 to 1), breaks=n (from 0) or displacement=d (from 0)",
-        "where a sample ends: nothing carries, F below x of the intact F, n breaks, plate displacement d", true},
+        "where a sample ends: nothing carries, F below x of the intact F, n breaks, plate displacement d",
+        true},
     OptionText{"-equilibrium", "tree", "tree, ksp, dense or quad",
                "strategy: a factor on a separator tree; a PETSc KSP (the default when a -ksp_ or -pc_ option "
                "is given); LAPACK; a factor in 113 bits, where stiffnesses are too far apart for the others",
