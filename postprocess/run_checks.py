@@ -121,8 +121,10 @@ def check_network(network):
         raise ValueError(f"dataset /network/bonds/nodes: a node other than 0 to {nodes - 1}")
     if not np.isfinite(network.positions).all():
         raise ValueError("dataset /network/nodes/position: it must have finite numbers")
+    if network.step is not None and (network.step.shape != (bonds, 2) or not np.isfinite(network.step).all()):
+        raise ValueError(f"dataset /network/bonds/step: it must have two finite numbers for each of {bonds} bonds")
     for name, values in (("stiffness", network.stiffness), ("threshold", network.threshold)):
         if values is None:
             continue
-        if len(values) != bonds or not (values >= 0).all() or (name == "stiffness" and np.isinf(values).any()):
+        if values.shape[-1] != bonds or not (values >= 0).all() or (name == "stiffness" and np.isinf(values).any()):
             raise ValueError(f"dataset /network/bonds/{name}: it must have a number from 0 for each of {bonds} bonds")

@@ -55,13 +55,16 @@ class Network:
     grip: np.ndarray                 # int8[N]: 0 free, 1 bottom, 2 top
     bonds: np.ndarray                # int32[M, 2], first and second node
     stiffness: np.ndarray            # float64[M]
-    threshold: Optional[np.ndarray]  # float64[M], None unless the file gives them
+    threshold: Optional[np.ndarray]  # float64[M], or [S, M] by sample number; None unless the file gives them
     components: int                  # 1 fuse, 2 spring
     period_x: float                  # 0: not periodic
+    step: Optional[np.ndarray] = None  # float64[M, 2], from the first node to the second; None: to its nearest image
 
     def segments(self):
-        """Ends of every bond, float64[M, 2, 2]: the first node and the nearest image in x of the second."""
+        """Ends of every bond, float64[M, 2, 2]: the first node and, in x, the image of the second that is meant."""
         first = self.positions[self.bonds[:, 0]]
+        if self.step is not None:
+            return np.stack([first, first + self.step], axis=1)
         step = self.positions[self.bonds[:, 1]] - first
         if self.period_x > 0:
             step[:, 0] -= self.period_x * np.ceil(step[:, 0] / self.period_x - 0.5)
@@ -249,11 +252,14 @@ def _read_network(file):
     if not isinstance(group, h5py.Group):
         raise ValueError("group /network: it is a dataset")
     nodes = array(file, "network/bonds/nodes", np.int32, 2)
-    optional = {name: array(file, f"network/bonds/{name}", np.float64, 1)
-                for name in ("stiffness", "threshold") if has(file, f"network/bonds/{name}")}
+    rows = {"stiffness": 1, "step": 2,
+            "threshold": 2 if getattr(file.get("network/bonds/threshold"), "ndim", 1) == 2 else 1}
+    optional = {name: array(file, f"network/bonds/{name}", np.float64, rank)
+                for name, rank in rows.items() if has(file, f"network/bonds/{name}")}
     network = Network(array(file, "network/nodes/position", np.float64, 2), array(file, "network/nodes/grip", np.int8, 1),
                       nodes, optional.get("stiffness", np.ones(len(nodes))), optional.get("threshold"),
-                      int(number(group, "components")), float(number(group, "period_x")))
+                      int(number(group, "components")), float(number(group, "period_x")),
+                      optional.get("step"))
     check_network(network)
     return network
 

@@ -114,8 +114,9 @@ class Ensemble:
 
     @cached_property
     def section(self):
-        spacing = float(self.run.options.get("-lattice_row_spacing", 1.0))
-        return bond_sections(self.network, spacing)
+        options = self.run.options
+        height = options.get("-record_profile_height", options.get("-lattice_row_spacing", 1.0))
+        return bond_sections(self.network, float(height))
 
     @cached_property
     def profiles(self):

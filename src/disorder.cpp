@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "crackle/error.hpp"
 
 namespace crackle {
 
@@ -51,6 +55,27 @@ double stiffness_of(const StiffnessOptions& options, const Lattice& lattice, std
   return 1;
 }
 
+/// Names the smallest of the sample's numbers, which says how large D may be.
+[[noreturn]] void refuse_exponent(const DisorderOptions& options, std::int64_t sample, std::size_t bonds) {
+  double least = 1;
+  std::size_t where = 0;
+  for (std::size_t bond = 0; bond < bonds; ++bond) {
+    const double r = draw(options.seed, sample, bond)[0];
+    if (r > 0 && r < least) {
+      least = r;
+      where = bond;
+    }
+  }
+  std::array<char, 160> allowed{};
+  std::snprintf(allowed.data(), allowed.size(),
+                "a number up to %.4g for sample %lld, whose bond %zu has r = %.4g: r^D must be from %g",
+                std::log(kLeastThreshold) / std::log(least), static_cast<long long>(sample), where, least,
+                kLeastThreshold);
+  std::array<char, 32> value{};
+  std::snprintf(value.data(), value.size(), "%.10g", options.exponent);
+  throw InputError("-disorder_exponent", value.data(), allowed.data());
+}
+
 }  // namespace
 
 void draw_uniform_thresholds(std::uint64_t seed, std::int64_t sample, std::span<double> threshold) {
@@ -63,6 +88,7 @@ void draw_thresholds(const DisorderOptions& options, std::int64_t sample, std::s
     double& t = threshold[bond];
     t = r;
     if (options.thresholds == Thresholds::power) t = std::pow(r, options.exponent);
+    if (t < kLeastThreshold && r > 0) refuse_exponent(options, sample, threshold.size());
     if (options.thresholds == Thresholds::constant) t = 1;
     if (luck < options.zero_share) t = 0;
   }

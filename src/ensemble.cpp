@@ -158,6 +158,13 @@ void gather(std::vector<RunTotals>& totals, const Ranks& ranks) {
 
 }  // namespace
 
+void thresholds_of(const Run& run, std::int64_t index, std::span<double> threshold) {
+  if (!run.disorder.from_file) return draw_thresholds(run.disorder, index, threshold);
+  const bool one_row = run.threshold.size() == threshold.size();
+  const std::size_t row = one_row ? 0 : static_cast<std::size_t>(index);
+  std::ranges::copy(run.threshold.subspan(row * threshold.size(), threshold.size()), threshold.begin());
+}
+
 std::size_t largest_run(std::span<const Run> runs) {
   return static_cast<std::size_t>(order_of(runs).front());
 }

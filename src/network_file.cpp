@@ -26,6 +26,12 @@ std::vector<Pair> read_pairs(hid_t file, const std::string& name) {
   return pairs;
 }
 
+std::vector<Vector2> read_steps(hid_t file) {
+  const std::string name = "network/bonds/step";
+  if (!hdf5::exists(file, name)) return {};
+  return read_pairs<Vector2, double>(file, name);
+}
+
 std::vector<double> read_optional(hid_t file, const std::string& name, std::size_t bonds) {
   if (!hdf5::exists(file, name)) return {};
   std::vector<double> values = hdf5::read<double>(file, name);
@@ -33,6 +39,34 @@ std::vector<double> read_optional(hid_t file, const std::string& name, std::size
     throw InputError("size of dataset /" + name, std::to_string(values.size()),
                      "one value for each of the " + std::to_string(bonds) + " bonds");
   }
+  return values;
+}
+
+/// -0 becomes 0.
+void check_threshold(double& t, std::size_t bond) {
+  if (t == 0) t = 0;
+  if (t == 0 || (t >= kLeastThreshold && t <= kLargestThreshold) || (std::isinf(t) && t > 0)) return;
+  std::array<char, 32> value{};
+  std::array<char, 80> allowed{};
+  std::snprintf(value.data(), value.size(), "%.6g", t);
+  std::snprintf(allowed.data(), allowed.size(), "a number from 0 (0, from %g to %g, or infinity)",
+                kLeastThreshold, kLargestThreshold);
+  throw InputError("threshold of bond " + std::to_string(bond), value.data(), allowed.data());
+}
+
+/// [M], or [S][M] row by row.
+std::vector<double> read_thresholds(hid_t file, std::size_t bonds) {
+  const std::string name = "network/bonds/threshold";
+  if (!hdf5::exists(file, name)) return {};
+  std::vector<hsize_t> shape;
+  std::vector<double> values = hdf5::read<double>(file, name, &shape);
+  if (bonds == 0 && values.empty()) return {};
+  if (shape.empty() || shape.size() > 2 || shape.back() != bonds || values.empty()) {
+    throw InputError(
+        "size of dataset /" + name, std::to_string(values.size()),
+        "one value for each of the " + std::to_string(bonds) + " bonds, or a row of them for each sample");
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) check_threshold(values[i], i % bonds);
   return values;
 }
 
@@ -53,16 +87,13 @@ NetworkFile read_group(hid_t file) {
   for (const std::int8_t mark : hdf5::read<std::int8_t>(file, "network/nodes/grip")) {
     grips.push_back(static_cast<Grip>(mark));
   }
-  result.lattice = make_lattice(hdf5::read_number(group, "period_x"),
-                                read_pairs<Vector2, double>(file, "network/nodes/position"), std::move(grips),
-                                read_pairs<std::array<NodeId, 2>, NodeId>(file, "network/bonds/nodes"));
+  result.lattice =
+      make_lattice(hdf5::read_number(group, "period_x"),
+                   read_pairs<Vector2, double>(file, "network/nodes/position"), std::move(grips),
+                   read_pairs<std::array<NodeId, 2>, NodeId>(file, "network/bonds/nodes"), read_steps(file));
+  if (result.model == Model::spring) check_directions(result.lattice);
   result.stiffness = read_optional(file, "network/bonds/stiffness", result.lattice.bond.size());
-  result.threshold = read_optional(file, "network/bonds/threshold", result.lattice.bond.size());
-  for (std::size_t e = 0; e < result.threshold.size(); ++e) {
-    if (result.threshold[e] >= 0) continue;
-    throw InputError("threshold of bond " + std::to_string(e), std::to_string(result.threshold[e]),
-                     "a number from 0");
-  }
+  result.threshold = read_thresholds(file, result.lattice.bond.size());
   return result;
 }
 
@@ -121,6 +152,7 @@ std::string checksum(const IntactNetwork& intact) {
   add(lattice.position);
   add(lattice.grip);
   add(lattice.bond);
+  add(lattice.step);
   add(intact.network.stiffness);
   add(intact.threshold);
   std::array<char, 17> digits{};
@@ -141,8 +173,10 @@ void write_network(hid_t file, const Network& network, std::span<const double> t
   hdf5::write<std::int8_t>(nodes, "grip", grips);
   const hdf5::Handle bonds = hdf5::create_group(group, "bonds");
   hdf5::write<NodeId>(bonds, "nodes", flatten<NodeId>(lattice.bond), 2);
+  if (!lattice.step.empty()) hdf5::write<double>(bonds, "step", flatten<double>(lattice.step), 2);
   hdf5::write<double>(bonds, "stiffness", network.stiffness);
-  if (!threshold.empty()) hdf5::write<double>(bonds, "threshold", threshold);
+  const std::size_t samples = lattice.bond.empty() ? 0 : threshold.size() / lattice.bond.size();
+  if (samples > 0) hdf5::write<double>(bonds, "threshold", threshold, samples == 1 ? 0 : lattice.bond.size());
 }
 
 }  // namespace crackle

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <ctime>
 #include <unordered_map>
+#include <utility>
 
 #include "crackle/error.hpp"
 #include "crackle/hdf5_handle.hpp"
@@ -286,11 +287,17 @@ auto read_from(const std::string& path, Read read) {
   }
 }
 
-/// Thresholds belong to one sample.
-void copy_network(hid_t from, hid_t to, bool with_thresholds) {
+bool is_table(hid_t file, const char* name) {
+  const hdf5::Handle dataset(hdf5::checked(H5Dopen2(file, name, H5P_DEFAULT), "open thresholds"));
+  const hdf5::Handle space(hdf5::checked(H5Dget_space(dataset), "ask for a shape"));
+  return H5Sget_simple_extent_ndims(space) == 2;
+}
+
+/// One row of thresholds belongs to one sample; a row for each number stays.
+void copy_network(hid_t from, hid_t to, bool one_sample) {
   hdf5::checked(H5Ocopy(from, "network", to, "network", H5P_DEFAULT, H5P_DEFAULT), "copy /network");
   const char* const threshold = "network/bonds/threshold";
-  if (!with_thresholds && hdf5::exists(to, threshold)) {
+  if (!one_sample && hdf5::exists(to, threshold) && !is_table(to, threshold)) {
     hdf5::checked(H5Ldelete(to, threshold, H5P_DEFAULT), "leave out thresholds");
   }
 }
@@ -304,7 +311,8 @@ Bytes format_run(const RunHeader& header, const RecordOptions& record,
   write_parts(file, record, records);
   const std::span<const double> threshold = header.threshold;
   if (record.network) {
-    write_network(file, *header.network, threshold.first(records.size() <= 1 ? threshold.size() : 0));
+    const bool kept = records.size() <= 1 || std::cmp_greater(threshold.size(), header.bonds);
+    write_network(file, *header.network, threshold.first(kept ? threshold.size() : 0));
   }
   return file.finish();
 }

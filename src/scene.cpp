@@ -1,12 +1,15 @@
 #include "crackle/scene.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <filesystem>
 #include <limits>
 #include <set>
 #include <span>
 
 #include "crackle/error.hpp"
+#include "crackle/observe_profile.hpp"
 #include "crackle/option_reader.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/petsc_handle.hpp"
@@ -55,6 +58,10 @@ NetworkOptions read_network(Reader& reader) {
     throw InputError("-lattice_size", std::to_string(options.size), find_option("-lattice_size").allowed);
   }
   options.row_spacing = reader.positive("-lattice_row_spacing");
+  if (options.row_spacing < kLeastRowSpacing || options.row_spacing > kLargestRowSpacing) {
+    throw InputError("-lattice_row_spacing", reader.text("-lattice_row_spacing"),
+                     find_option("-lattice_row_spacing").allowed);
+  }
   options.stiffness = read_stiffness(reader);
   return options;
 }
@@ -106,6 +113,8 @@ RecordOptions read_record(Reader& reader) {
     if (part == parts.end()) throw InputError("-record", list, find_option("-record").allowed);
     *part->second = true;
   }
+  if (record.profile && reader.given("-record_profile_height"))
+    record.profile_height = reader.positive("-record_profile_height");
   if (!record.snapshot) return record;
   const std::string numbers = reader.text("-record_snapshot_at");
   for (const std::string& word : split(numbers)) {
@@ -135,7 +144,7 @@ OutputOptions read_output(Reader& reader) {
   return options;
 }
 
-EnsembleOptions read_ensemble(Reader& reader, bool one_sample) {
+EnsembleOptions read_ensemble(Reader& reader) {
   EnsembleOptions options;
   options.samples = reader.listed_number("-samples", std::int64_t{1});
   options.first_sample = reader.listed_number("-first_sample", std::int64_t{0});
@@ -149,10 +158,6 @@ EnsembleOptions read_ensemble(Reader& reader, bool one_sample) {
       options.first_sample > std::numeric_limits<std::int64_t>::max() - kMostSamples) {
     throw InputError("-first_sample " + std::to_string(options.first_sample) + " -samples",
                      std::to_string(options.samples), "at most 1e9 samples, each with a number of 64 bits");
-  }
-  if (one_sample && options.samples > 1) {
-    throw InputError("-samples", std::to_string(options.samples),
-                     "1 with -disorder file: every sample is the same");
   }
   return options;
 }
@@ -211,11 +216,45 @@ const std::string& help_text(bool comparison) {
 
 namespace {
 
+/// Whether every sample of the run has thresholds; of drawn ones, only the first is tried.
 void check_thresholds(const Scene& scene, const IntactNetwork& intact) {
-  if (scene.disorder.from_file && intact.threshold.empty()) {
+  if (!scene.disorder.from_file) return;
+  if (intact.threshold.empty()) {
     throw InputError("-disorder", "file",
                      "uniform: " + scene.network.file + " has no /network/bonds/threshold");
   }
+  const std::size_t rows = intact.threshold.size() / intact.network.lattice.bond.size();
+  const std::int64_t samples = scene.ensemble.samples;
+  if (rows == 1 && samples == 1) return;
+  if (rows == 1) {
+    throw InputError(
+        "-samples", std::to_string(samples),
+        "1 with -disorder file and a /network/bonds/threshold of one row: every sample is the same");
+  }
+  if (scene.ensemble.first_sample + samples > static_cast<std::int64_t>(rows)) {
+    throw InputError("-first_sample " + std::to_string(scene.ensemble.first_sample) + " -samples",
+                     std::to_string(samples),
+                     "samples 0 to " + std::to_string(rows - 1) +
+                         ", the rows of /network/bonds/threshold in " + scene.network.file);
+  }
+}
+
+/// Height of a profile's sections.
+double section_height(const Scene& scene, const IntactNetwork& intact) {
+  if (!scene.output.record.profile) return 1;
+  double height = scene.output.record.profile_height;
+  if (height == 0) {
+    height =
+        scene.network.from_file ? usual_section_height(intact.network.lattice) : scene.network.row_spacing;
+  }
+  check_section_height(intact.network.lattice, height);
+  return height;
+}
+
+/// As many digits as it takes to read the same number back.
+std::string shortest(double value) {
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
 }
 
 Scene read_scene(Reader reader) {
@@ -225,7 +264,7 @@ Scene read_scene(Reader reader) {
   scene.disorder = read_disorder(reader, scene.network.from_file);
   scene.equilibrium.break_on =
       reader.choice("-break_on", {std::pair{"magnitude", BreakOn::magnitude}, {"tension", BreakOn::tension}});
-  scene.ensemble = read_ensemble(reader, scene.disorder.from_file);
+  scene.ensemble = read_ensemble(reader);
   read_strategy(reader, scene);
   scene.equilibrium.many_samples = scene.ensemble.samples > 1;
   scene.output = read_output(reader);
@@ -274,7 +313,7 @@ std::string format_options(const std::map<std::string, std::string>& options) {
 }
 
 Run make_run(const Scene& scene, const IntactNetwork& intact, const RunHeader& header) {
-  check_thresholds(scene, intact);
+  (void)make_thresholds(scene, intact);
   return {.network = intact.network,
           .equilibrium = scene.equilibrium,
           .ensemble = scene.ensemble,
@@ -282,13 +321,15 @@ Run make_run(const Scene& scene, const IntactNetwork& intact, const RunHeader& h
           .output = scene.output,
           .header = header,
           .threshold = intact.threshold,
-          .row_spacing = scene.network.from_file ? 1 : scene.network.row_spacing};
+          .section_height = section_height(scene, intact)};
 }
 
 RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
   RunHeader header;
   auto options = scene.options;
   options["-model"] = intact.network.model == Model::fuse ? "fuse" : "spring";
+  if (scene.network.from_file && scene.output.record.profile)
+    options["-record_profile_height"] = shortest(section_height(scene, intact));
   header.options = format_options(options);
   header.nodes = intact.network.lattice.nodes();
   header.components = intact.network.components;
@@ -303,12 +344,17 @@ RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
 }
 
 std::vector<double> make_thresholds(const Scene& scene, const IntactNetwork& intact) {
-  if (scene.disorder.from_file) {
-    check_thresholds(scene, intact);
-    return intact.threshold;
+  check_thresholds(scene, intact);
+  const std::size_t bonds = intact.network.lattice.bond.size();
+  std::vector<double> threshold(bonds);
+  if (!scene.disorder.from_file) {
+    draw_thresholds(scene.disorder, scene.ensemble.first_sample, threshold);
+    return threshold;
   }
-  std::vector<double> threshold(intact.network.lattice.bond.size());
-  draw_thresholds(scene.disorder, scene.ensemble.first_sample, threshold);
+  const bool one_row = intact.threshold.size() == bonds;
+  const auto row = intact.threshold.begin() +
+                   (one_row ? 0 : scene.ensemble.first_sample * static_cast<std::ptrdiff_t>(bonds));
+  std::copy_n(row, bonds, threshold.begin());
   return threshold;
 }
 

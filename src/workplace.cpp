@@ -25,7 +25,7 @@ std::vector<std::unique_ptr<Observer>> make_observers(const Run& run, SampleReco
   std::vector<std::unique_ptr<Observer>> observers;
   observers.push_back(std::make_unique<ObserveBreaks>(record));
   if (wanted.profile)
-    observers.push_back(std::make_unique<ObserveProfile>(run.network, run.row_spacing, record));
+    observers.push_back(std::make_unique<ObserveProfile>(run.network, run.section_height, record));
   if (wanted.snapshot) observers.push_back(std::make_unique<ObserveSnapshot>(wanted.snapshot_at, record));
   return observers;
 }
@@ -40,8 +40,7 @@ Workplace::Workplace(const Run& run, int number, std::unique_ptr<Equilibrium> eq
       hand_out_(hand_out),
       times_(times),
       equilibrium_(std::move(equilibrium)),
-      threshold_(run.threshold.begin(), run.threshold.end()) {
-  threshold_.resize(run.network.lattice.bond.size());
+      threshold_(run.network.lattice.bond.size()) {
   if (!ranks.leader()) return;
   owned_ = make_observers(run, record_);
   for (const auto& observer : owned_) observers_.push_back(observer.get());
@@ -92,9 +91,20 @@ void Workplace::save(Report& report, bool now) {
   });
 }
 
+/// False: this sample can't have any.
+bool Workplace::set_thresholds(std::int64_t index) {
+  try {
+    thresholds_of(run_, index, threshold_);
+    return true;
+  } catch (const std::exception& error) {
+    hand_out_.fail(error.what());
+    return false;
+  }
+}
+
 /// False: the run ends, the sample is not finished.
 bool Workplace::break_one(std::int64_t index) {
-  if (!run_.disorder.from_file) draw_thresholds(run_.disorder, index, threshold_);
+  if (!set_thresholds(index)) return false;
   const std::int64_t chosen = run_.ensemble.checkpoint_breaks;
   Fracture sample(*equilibrium_, run_.ensemble.stop, observers_,
                   chosen > 0 ? chosen : equilibrium_->breaks_worth_settling());

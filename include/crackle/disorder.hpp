@@ -19,6 +19,11 @@ enum class Thresholds : std::uint8_t {
   constant,  ///< t = 1: every choice is a tie, or decided by the forces alone
 };
 
+/// Thresholds between which no ratio of force to threshold, load or displacement leaves the range of doubles. 0 (breaks
+/// under any force) and infinity (never breaks) are thresholds too.
+inline constexpr double kLeastThreshold = 1e-290;
+inline constexpr double kLargestThreshold = 1e250;
+
 struct DisorderOptions {
   bool from_file = false;  ///< thresholds of the network file, the same for every sample; else drawn
   Thresholds thresholds = Thresholds::uniform;
@@ -47,7 +52,8 @@ struct StiffnessOptions {
 /// Philox2x64-10 with key `seed` and counter (bond, sample); the upper 53 bits of the first output word.
 void draw_uniform_thresholds(std::uint64_t seed, std::int64_t sample, std::span<double> threshold);
 
-/// The same numbers under the law of `options`; the second output word decides who is 0.
+/// The same numbers under the law of `options`; the second output word decides who is 0. Throws InputError, naming
+/// -disorder_exponent, bond and sample, for an r > 0 whose power is below kLeastThreshold: bonds would break by number.
 void draw_thresholds(const DisorderOptions& options, std::int64_t sample, std::span<double> threshold);
 
 /// [M] stiffnesses of one network for all samples: counter (bond, -1). Empty when every one is 1.

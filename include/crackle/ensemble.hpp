@@ -39,12 +39,16 @@ struct Run {
   const DisorderOptions& disorder;
   const OutputOptions& output;
   const RunHeader& header;
-  std::span<const double> threshold;  ///< with disorder.from_file; else empty
-  double row_spacing = 1;             ///< height of a profile's section
+  std::span<const double> threshold;  ///< [M] or [S * M], with disorder.from_file; else empty
+  double section_height = 1;          ///< of a profile
   std::string name{};                 ///< of this size, where there are several
   /// Called in the first process when it is done with this size; may be empty.
   std::function<void(const Equilibrium&)> inspect{};
 };
+
+/// Those of sample `index`: drawn, or the row of the network file, whose only one serves any. Size of `threshold`: bonds.
+/// Throws InputError as draw_thresholds does.
+void thresholds_of(const Run& run, std::int64_t index, std::span<double> threshold);
 
 /// What became of one size of a run, summed over all processes in the first one.
 struct RunTotals {

@@ -26,10 +26,17 @@ struct Lattice {
   std::vector<Grip> grip;                   ///< [N]
   std::vector<std::array<NodeId, 2>> bond;  ///< [M] first and second node
   std::vector<Vector2> direction;           ///< [M] unit vector from the first node to the second
+  /// [M] the way from the first node to the second, where it is stated; empty: it leads to the nearest image.
+  std::vector<Vector2> step{};
 
   [[nodiscard]] NodeId nodes() const { return static_cast<NodeId>(position.size()); }
   [[nodiscard]] BondId bonds() const { return static_cast<BondId>(bond.size()); }
 };
+
+/// Squares of a bond's direction are entries of K, and products of two of those occur in its factor: they must be
+/// numbers of full precision.
+inline constexpr double kLeastRowSpacing = 1e-50;
+inline constexpr double kLargestRowSpacing = 1e50;
 
 /// The paper's triangular lattice: L+1 rows of L+1 nodes, period L+1 in x, odd rows shifted by 1/2,
 /// row_spacing apart; the bottom and the top row are gripped.
@@ -37,15 +44,27 @@ struct Lattice {
 /// One horizontal bond per node in every row and two inclined bonds from each node to the row above:
 /// (3L+1)(L+1) bonds. They are numbered node by node, row by row upwards: the horizontal bond, the one up
 /// to the right, the one up to the left.
-/// size >= 1, row_spacing > 0.
+/// Steps are stated at size 1, where a horizontal bond is half a period long: both of a row lead to the right.
+/// size >= 1, row_spacing from kLeastRowSpacing to kLargestRowSpacing.
 [[nodiscard]] Lattice triangular_lattice(int size, double row_spacing);
 
-/// Directions by the nearest image in x of the second node (of two equally near ones, that at +period/2).
+/// Directions by the steps; without any, by the nearest image in x of the second node (of two equally near ones,
+/// that at +period/2: see check_directions).
 ///
 /// Throws InputError, naming the bond or node, for: a node number out of range, a self-bond, a bond of no
-/// length, a position that is not finite, a period that is negative or not finite, no node in a grip,
-/// sizes of position and grip that differ.
+/// length or one beyond the range of doubles, a position that is not finite, a period that is negative or not finite,
+/// no node in a grip, sizes of position and grip that differ; a wrong number of steps, a step that doesn't lead from
+/// the first node to an image of the second, to kStepTolerance of its length (and the rounding of the positions).
 [[nodiscard]] Lattice make_lattice(double period_x, std::vector<Vector2> position, std::vector<Grip> grip,
-                                   std::vector<std::array<NodeId, 2>> bond);
+                                   std::vector<std::array<NodeId, 2>> bond, std::vector<Vector2> step = {});
+
+/// By how much a step may differ from its nodes' positions, and by what share of the period the two nearest images
+/// of a node must differ in distance: positions in single precision have 1e-7.
+inline constexpr double kStepTolerance = 1e-6;
+
+/// What springs need beyond that, and fuses, to which a bond's direction is nothing, don't. Throws InputError, naming
+/// the bond, for two images that are equally near and no step that says which one is meant; for a direction with a
+/// component below kLeastRowSpacing that isn't 0.
+void check_directions(const Lattice& lattice);
 
 }  // namespace crackle

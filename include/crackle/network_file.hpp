@@ -4,8 +4,10 @@
 ///     /network/nodes/position   float64[N][2]
 ///     /network/nodes/grip       int8[N]     0 free, 1 bottom, 2 top
 ///     /network/bonds/nodes      int32[M][2]
+///     /network/bonds/step       float64[M][2]  optional: the way from a bond's first node to its second; default: to
+///                                              the nearest image, and for springs there must be one
 ///     /network/bonds/stiffness  float64[M]  optional, default 1
-///     /network/bonds/threshold  float64[M]  optional: what -disorder file reads
+///     /network/bonds/threshold  float64[M]  optional: what -disorder file reads; or [S][M]: sample s has row s
 #pragma once
 
 #include <optional>
@@ -23,7 +25,7 @@ struct NetworkFile {
   Model model = Model::spring;
   Lattice lattice;
   std::vector<double> stiffness;  ///< empty: not in the file
-  std::vector<double> threshold;  ///< empty: not in the file
+  std::vector<double> threshold;  ///< [M] or [S * M]; empty: not in the file
 };
 
 /// Where a network comes from: the network options of the command line.
@@ -37,7 +39,7 @@ struct NetworkOptions {
   Grips grips = Grips::sliding;
 };
 
-/// An intact network, and the thresholds that came with it (empty: none did).
+/// An intact network, and the thresholds that came with it: of one sample, or of one after the other (empty: none did).
 struct IntactNetwork {
   Network network;
   std::vector<double> threshold;
@@ -52,8 +54,8 @@ struct IntactNetwork {
 [[nodiscard]] std::string checksum(const IntactNetwork& intact);
 
 /// Throws InputError, naming file and what is wrong, for a file that is missing, truncated or not HDF5, lacks
-/// a dataset, has one of a wrong shape, or holds what make_lattice refuses; for thresholds that are NaN or
-/// negative.
+/// a dataset, has one of a wrong shape, or holds what make_lattice refuses; for thresholds that are NaN,
+/// negative, or neither 0, infinite nor from kLeastThreshold to kLargestThreshold.
 [[nodiscard]] NetworkFile read_network_file(const std::string& path);
 
 /// Writes /network into an open file; without thresholds when they are empty.

@@ -14,6 +14,7 @@ struct RecordOptions {
   bool profile = false;
   bool snapshot = false;
   bool network = false;
+  double profile_height = 0;  ///< of a section; 0: a row of a generated lattice, or the usual one
   std::vector<std::int32_t> snapshot_at{};  ///< break numbers, ascending, from 1
 };
 

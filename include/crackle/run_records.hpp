@@ -40,7 +40,7 @@ struct RunHeader {
 [[nodiscard]] Bytes format_run(const RunHeader& header, const RecordOptions& record,
                                std::span<const SampleRecord> records);
 
-/// The same with the group /network of the file `network_from`, without thresholds when records are more than one.
+/// The same with the group /network of the file `network_from`, without thresholds of one sample when records are more.
 [[nodiscard]] Bytes format_run(const RunHeader& header, const RecordOptions& record,
                                std::span<const SampleRecord> records, const std::string& network_from);
 

@@ -36,7 +36,8 @@ struct Scene {
 /// The part of it that a solver file may set, from the database as it is now.
 [[nodiscard]] EquilibriumOptions read_strategy();
 
-/// What every sample has in common. Throws InputError when -disorder file finds no thresholds.
+/// What every sample has in common. Throws InputError when -disorder file finds no thresholds or not
+/// enough, when the first sample's can't be drawn, and as check_section_height does.
 /// The views that it holds are of the arguments.
 [[nodiscard]] Run make_run(const Scene& scene, const IntactNetwork& intact, const RunHeader& header);
 

@@ -35,6 +35,7 @@ class Workplace {
   [[nodiscard]] const Equilibrium& equilibrium() const { return *equilibrium_; }
 
  private:
+  [[nodiscard]] bool set_thresholds(std::int64_t index);
   [[nodiscard]] bool break_one(std::int64_t index);
   [[nodiscard]] bool break_on(Fracture& sample);
   [[nodiscard]] std::optional<SampleRecord> find_begun(std::int64_t index);

@@ -19,6 +19,7 @@ class NetworkOfFile:
     threshold: Optional[np.ndarray] = None   # float64[M]
     components: int = 2                      # 1 fuse, 2 spring
     period_x: float = 0.0                    # 0: not periodic
+    step: Optional[np.ndarray] = None        # float64[M, 2]
 
     def but(self, **changes):
         """A copy with other fields; a dict stands for single entries of one: but(grip={3: TOP})."""
@@ -53,7 +54,7 @@ class NetworkOfFile:
             group.attrs["period_x"] = float(self.period_x)
             for name, values in (("nodes/position", self.position), ("nodes/grip", self.grip),
                                  ("bonds/nodes", self.nodes), ("bonds/stiffness", self.stiffness),
-                                 ("bonds/threshold", self.threshold)):
+                                 ("bonds/threshold", self.threshold), ("bonds/step", self.step)):
                 if values is not None:
                     group[name] = values
         return path

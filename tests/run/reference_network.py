@@ -14,7 +14,9 @@ FORCELESS = 1e-9  # an elongation below this fraction of the plate's displacemen
 def elongations(network, grips):
     """B, float[M, n], for the free components, and b, float[M], for the plate."""
     step = network.position[network.nodes[:, 1]] - network.position[network.nodes[:, 0]]
-    if network.period_x > 0:
+    if network.step is not None:
+        step = network.step
+    elif network.period_x > 0:
         step[:, 0] -= network.period_x * np.round(step[:, 0] / network.period_x)
     direction = step / np.linalg.norm(step, axis=1)[:, None]
     c = network.components

@@ -2,7 +2,7 @@
 import shlex
 
 import pytest
-from program import OUTPUT, options_of, refuse, succeed
+from program import OUTPUT, datasets, options_of, refuse, run, succeed
 
 MISSPELT = [
     ("-latice_size 4", "-latice_size", "-lattice_size"),
@@ -24,7 +24,7 @@ VALUES = [
     ("-ensemble_ranks_per_sample", ["0", "-1", "2", "1.5", "x"], "number of processes"),
     ("-checkpoint_every", ["-1", "x", "nan"], "seconds"),
     ("-checkpoint_breaks", ["-1", "1.5", "x"], "an integer from 0"),
-    ("-lattice_row_spacing", ["0", "-1", "abc", "nan", "inf", "1e999", "1,5", "0x1"], "above 0"),
+    ("-lattice_row_spacing", ["0", "-1", "abc", "nan", "inf", "1e999", "1,5", "0x1", "1e-51", "1e51", "1e200"], "above 0, from 1e-50 to 1e50"),
     ("-grips", ["glued", "1"], "sliding or clamped"),
     ("-break_on", ["compression"], "magnitude or tension"),
     ("-disorder", ["gauss", "1"], "uniform"),
@@ -39,6 +39,7 @@ VALUES = [
     ("-resume", ["perhaps"], "true or false"),
     ("-record", ["bond", "none,breaks", "breaks;profile", ","], "breaks, profile, snapshot, network"),
     ("-record snapshot -record_snapshot_at", ["0", "-1", "x", "1,x", "1.5", "1,,2"], "from 1"),
+    ("-record profile -record_profile_height", ["0", "-1", "x", "inf", "nan"], "above 0"),
     ("-monitor", ["loud", "0"], "none"),
 ]
 
@@ -137,3 +138,16 @@ def test_options_named_in_capitals_are_the_same_options(tmp_path):
     options = {name.lower(): value for name, value in options_of(tmp_path / OUTPUT).items()}
     assert options["-lattice_size"] == "2"
     assert options["-ksp_type"] == "cg"
+
+
+def test_exponent_that_doubles_cannot_hold(tmp_path):
+    """Thresholds that become 0 would break by number. What is allowed depends on the smallest number drawn."""
+    scene = "-lattice_size 3 -model fuse -seed 5 -disorder power -disorder_exponent"
+    message = refuse(tmp_path, f"{scene} 500", "-disorder_exponent 500", "sample 0")
+    most = float(message.split("up to ")[1].split()[0])
+    refuse(tmp_path, f"{scene} {1.01 * most}", "-disorder_exponent", "sample 0")
+    succeed(tmp_path, f"{scene} {0.99 * most} -overwrite")
+    failed = run(tmp_path, f"{scene} {0.99 * most} -samples 200 -overwrite -monitor none")
+    assert failed.returncode == 1 and "-disorder_exponent" in failed.stderr and "for sample" in failed.stderr
+    finished = len(datasets(tmp_path / OUTPUT)["/samples/index"]) if (tmp_path / OUTPUT).exists() else 0
+    assert finished > 0 or list(tmp_path.glob(OUTPUT + "*")), "samples that were finished before are kept"

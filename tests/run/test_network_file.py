@@ -2,9 +2,10 @@
 import numpy as np
 import pytest
 from networks import BOTTOM, FREE, TOP, NetworkOfFile, irregular_network, small_network
-from program import assert_same_breaks, break_samples, datasets, run, succeed
+from program import assert_same_breaks, break_samples, datasets, options_of, refuse, run, succeed
 from reference_model import triangular_lattice
 from reference_network import break_network
+from run_file import read_run
 
 FROM_FILE = "-lattice file -lattice_file network.h5 -disorder file"
 MUMPS = "-ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type mumps"
@@ -199,3 +200,120 @@ def test_the_file_read_is_left_as_it_was(tmp_path):
     written = datasets(tmp_path / "crackle.h5")
     for name, values in datasets(path).items():
         np.testing.assert_array_equal(written[name], values)
+
+
+def two_wide(flip=False, **more):
+    """Two nodes a row, period 2: half of the bonds are half a period long in x. flip: six of them are named from
+    their other node; the network stays the same."""
+    bonds, step = [], []
+    for row in range(4):
+        for column in range(2):
+            node, other = 2 * row + column, 2 * row + 1 - column
+            bonds.append([node, other])
+            step.append([1, 0])
+            if row < 3:
+                left = [node, other + 2]
+                bonds += [[node, node + 2], [node, other + 2], left[::-1] if flip else left]
+                step += [[0, 1], [1, 1], [1, -1] if flip else [-1, 1]]
+    position = np.array([[column, row] for row in range(4) for column in range(2)], float)
+    grip = np.array([BOTTOM, BOTTOM, FREE, FREE, FREE, FREE, TOP, TOP], np.int8)
+    threshold = np.random.default_rng(3).random(len(bonds)) + 0.05
+    network = NetworkOfFile(position, grip, np.array(bonds, np.int32), None, threshold, period_x=2.0)
+    return network.but(step=np.array(step, float)).but(**more)
+
+
+@pytest.mark.parametrize("scale, shift", [(1.0, 0.0), (0.1, 0.3), (3e5, -7.7)])
+def test_half_a_period_needs_a_step(tmp_path, scale, shift):
+    """Without steps refused, whatever rounding makes of it; with them one network, whoever is a bond's first node."""
+    for flip in (False, True):
+        network = two_wide(flip)
+        moved = network.but(position=scale * (network.position + [shift, 0]), period_x=2 * scale, step=None)
+        moved.write(tmp_path / "network.h5")
+        refuse(tmp_path, FROM_FILE, "bond 0 (nodes 0, 1)", "half a period", "/network/bonds/step")
+        # a fuse has no direction
+        break_file(tmp_path, moved.but(components=1))
+    found = [break_file(tmp_path, network.but(position=scale * (network.position + [shift, 0]), period_x=2 * scale,
+                                              step=scale * network.step))
+             for network in (two_wide(), two_wide(flip=True))]
+    assert_same_breaks(found[1], found[0])
+
+
+def test_steps_are_the_networks(tmp_path):
+    """They lead where the same network without a period has its nodes; they are kept, and a wrong one is refused."""
+    network = two_wide()
+    expected = break_network(network)
+    assert_same_breaks(break_file(tmp_path, network, "-record breaks,network"), expected)
+    kept = datasets(tmp_path / "crackle.h5")
+    np.testing.assert_array_equal(kept["/network/bonds/step"], network.step)
+    again = break_samples(tmp_path, "-lattice file -lattice_file crackle.h5 -disorder file", "again.h5")
+    assert bits(again) == bits(kept)
+    read = read_run(str(tmp_path / "crackle.h5")).network()
+    np.testing.assert_array_equal(read.segments()[:, 1] - read.segments()[:, 0], network.step)
+    for row, change in [(1, [0, 1.001]), (2, [2, 1]), (3, [1.5, 1]), (0, [np.nan, 0]), (0, [0, 0])]:
+        network.but(step={row: change}).write(tmp_path / "network.h5")
+        refuse(tmp_path, FROM_FILE, f"bond {row}")
+
+
+def test_the_smallest_lattice_is_read_back(tmp_path):
+    made = break_samples(tmp_path, "-lattice_size 1 -break_on tension -record breaks,network", "network.h5")
+    assert bits(break_samples(tmp_path, f"{FROM_FILE} -break_on tension")) == bits(made)
+
+
+def test_a_row_of_thresholds_for_each_sample(tmp_path):
+    rows = np.random.default_rng(0).weibull(2.0, (5, 11))
+    network = small_network().but(threshold=rows)
+    found = break_file(tmp_path, network, "-samples 3 -first_sample 2 -record breaks,network")
+    np.testing.assert_array_equal(found["/network/bonds/threshold"], rows)
+    np.testing.assert_array_equal(found["/samples/index"], [2, 3, 4])
+    offset = found["/samples/break_offset"]
+    for place, row in enumerate(rows[2:]):
+        alone = break_file(tmp_path, network.but(threshold=row))
+        np.testing.assert_array_equal(found["/breaks/load"][offset[place]:offset[place + 1]], alone["/breaks/load"])
+    network.write(tmp_path / "network.h5")
+    for more in ("-samples 6", "-samples 3 -first_sample 3", "-first_sample 5"):
+        refuse(tmp_path, f"{FROM_FILE} {more}", more.rsplit("-", 1)[1], "samples 0 to 4")
+
+
+def test_thresholds_that_no_ratio_can_be_made_of(tmp_path):
+    """Beyond the range that leaves ratios, loads and displacements finite; -0 is 0, infinity never breaks."""
+    network = small_network()
+    for value in (1e-309, 5e-324, 1e-300, 1e300, -1e-320, np.nan, -np.inf):
+        network.but(threshold={3: value}).write(tmp_path / "network.h5")
+        refuse(tmp_path, FROM_FILE, "threshold of bond 3", "from 1e-290 to 1e+250")
+    minus = break_file(tmp_path, network.but(threshold={3: -0.0}))
+    assert bits(minus) == bits(break_file(tmp_path, network.but(threshold={3: 0.0})))
+    assert minus["/breaks/bond"][0] == 3
+    assert 3 not in break_file(tmp_path, network.but(threshold={3: np.inf}))["/breaks/bond"]
+
+
+@pytest.mark.parametrize("scale", [2.0 ** -960, 2.0 ** 820])
+@pytest.mark.parametrize("solver", ["", "-equilibrium dense", "-equilibrium ksp"])
+def test_scaled_thresholds_break_the_same_bonds(tmp_path, scale, solver):
+    for network in (small_network(), irregular_network(3)):
+        one = break_file(tmp_path, network, solver)
+        scaled = break_file(tmp_path, network.but(threshold=scale * network.threshold), solver)
+        np.testing.assert_array_equal(scaled["/breaks/bond"], one["/breaks/bond"])
+        np.testing.assert_array_equal(scaled["/breaks/load"], scale * one["/breaks/load"])
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e10, 1e-3])
+def test_a_profile_has_the_networks_own_sections(tmp_path, unit):
+    network = small_network()
+    network = network.but(position=unit * network.position)
+    found = break_file(tmp_path, network, "-record breaks,profile")
+    assert found["/profile/failure"].shape == (1, 3)
+    assert found["/profile/failure"].sum() == len(found["/breaks/bond"])
+    assert float(options_of(tmp_path / "crackle.h5")["-record_profile_height"]) == pytest.approx(unit)
+    halves = break_file(tmp_path, network, f"-record breaks,profile -record_profile_height {unit / 2}")
+    assert halves["/profile/failure"].shape == (1, 5)
+    refuse(tmp_path, f"{FROM_FILE} -record profile -record_profile_height {unit * 1e-6}", "-record_profile_height",
+           "65536 sections")
+
+
+def test_what_is_too_far_apart_for_springs(tmp_path):
+    network = small_network()
+    far = network.but(position=network.position * [1, 1e200])
+    far.write(tmp_path / "network.h5")
+    refuse(tmp_path, FROM_FILE, "direction of bond 1", "1e-50")
+    network.but(position=network.position * [1e-320, 0]).write(tmp_path / "network.h5")
+    refuse(tmp_path, FROM_FILE, "length of bond")

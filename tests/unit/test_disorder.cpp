@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "crackle/disorder.hpp"
+#include "support/expect_refused.hpp"
 
 namespace crackle {
 namespace {
@@ -125,6 +127,26 @@ TEST(Disorder, LawsFollowFromTheUniformNumbers) {
     ASSERT_TRUE(drawn[i] == 0 || drawn[i] == r[i]) << i;
   }
   EXPECT_NEAR(static_cast<double>(zeros) / kDraws, 0.25, 4 * std::sqrt(0.25 * 0.75 / kDraws));
+}
+
+TEST(Disorder, PowersThatDoublesCannotHoldAreRefused) {
+  std::vector<double> drawn(40);
+  const DisorderOptions law{.thresholds = Thresholds::power, .exponent = 500, .seed = 5};
+  test::expect_refused([&] { draw_thresholds(law, 0, drawn); },
+                       {"-disorder_exponent 500", "sample 0", "up to"});
+  const std::vector<double> r = thresholds(5, 0, drawn.size());
+  const double most = std::log(kLeastThreshold) / std::log(*std::ranges::min_element(r));
+  EXPECT_NO_THROW(
+      draw_thresholds({.thresholds = Thresholds::power, .exponent = most * 0.999, .seed = 5}, 0, drawn));
+  std::vector<std::size_t> order(r.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t bond) { return r[bond]; });
+  for (std::size_t i = 1; i < order.size(); ++i) EXPECT_LT(drawn[order[i - 1]], drawn[order[i]]);
+  test::expect_refused(
+      [&] {
+        draw_thresholds({.thresholds = Thresholds::power, .exponent = most * 1.001, .seed = 5}, 0, drawn);
+      },
+      {"-disorder_exponent"});
 }
 
 TEST(Disorder, StiffnessesAreWhereTheirKindSays) {

@@ -167,5 +167,47 @@ TEST(MakeLattice, RefusesNodesAndPeriodsByWhatIsWrong) {
   });
 }
 
+/// Two nodes at (x, 0) and (to_x, 1), a bond between them.
+Lattice pair_of(double period, double x, double to_x, std::vector<Vector2> step = {}) {
+  return make_lattice(period, {{x, 0}, {to_x, 1}}, {Grip::bottom, Grip::top}, {{0, 1}}, std::move(step));
+}
+
+TEST(MakeLattice, StepsSayWhichImageIsMeant) {
+  const double half = std::sqrt(0.5);
+  EXPECT_NEAR(pair_of(2, 0, 1, {{1, 1}}).direction[0].x, half, 1e-15);
+  EXPECT_NEAR(pair_of(2, 0, 1, {{-1, 1}}).direction[0].x, -half, 1e-15);
+  EXPECT_NEAR(pair_of(2, 0, 1, {{3, 1}}).direction[0].x, 3 / std::hypot(3, 1), 1e-15) << "once around";
+  EXPECT_NO_THROW((void)pair_of(2, 1e9 + 0.1, 1e9 + 1.1, {{-1, 1}}))
+      << "the rounding of positions is allowed";
+  const std::vector<std::vector<Vector2>> wrong = {{{1, 1.001}}, {{0.999, 1}}, {{2, 1}},        {{1, -1}},
+                                                   {{0, 0}},     {{kNan, 1}},  {{1, kInfinity}}};
+  for (const std::vector<Vector2>& step : wrong)
+    test::expect_refused([&] { (void)pair_of(2, 0, 1, step); }, {"step of bond 0 (nodes 0, 1)"});
+  test::expect_refused([&] { (void)pair_of(0, 0, 1, {{-1, 1}}); }, {"step of bond 0"});
+  test::expect_refused([&] { (void)pair_of(2, 0, 1, {{1, 1}, {1, 1}}); }, {"number of steps 2", "1 bonds"});
+}
+
+TEST(CheckDirections, RefusesTwoImagesThatAreEquallyNear) {
+  for (const double scale : {1.0, 0.1, 1e-30, 1e20}) {
+    for (const double shift : {0.0, 0.3, -7.7, 1e5}) {
+      const Lattice lattice = pair_of(2 * scale, shift * scale, (shift + 1) * scale);
+      test::expect_refused([&] { check_directions(lattice); },
+                           {"bond 0 (nodes 0, 1)", "/network/bonds/step"});
+      EXPECT_NO_THROW(check_directions(pair_of(2 * scale, shift * scale, (shift + 0.99) * scale)));
+    }
+  }
+  EXPECT_NO_THROW(check_directions(pair_of(2, 0, 1, {{-1, 1}})));
+  EXPECT_NO_THROW(check_directions(pair_of(0, 0, 1)));
+  for (const int size : {1, 2, 3}) EXPECT_NO_THROW(check_directions(triangular_lattice(size, 1))) << size;
+}
+
+TEST(CheckDirections, RefusesWhatSquaresWouldLose) {
+  test::expect_refused([] { check_directions(pair_of(0, 0, 1e-60)); }, {"direction of bond 0", "1e-50"});
+  test::expect_refused([] { check_directions(pair_of(0, 0, 1e60)); }, {"direction of bond 0", "1e-50"});
+  EXPECT_NO_THROW(check_directions(pair_of(0, 0, 0)));
+  EXPECT_NO_THROW(check_directions(triangular_lattice(4, kLeastRowSpacing)));
+  EXPECT_NO_THROW(check_directions(triangular_lattice(4, kLargestRowSpacing / 4)));
+}
+
 }  // namespace
 }  // namespace crackle

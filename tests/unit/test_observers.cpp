@@ -10,6 +10,7 @@
 #include "crackle/observe_profile.hpp"
 #include "crackle/observe_snapshot.hpp"
 #include "support/break_record.hpp"
+#include "support/expect_refused.hpp"
 #include "support/small_networks.hpp"
 
 namespace crackle {
@@ -69,6 +70,24 @@ TEST(ObserveProfile, CountsEveryBreakInItsRow) {
     std::vector<std::int32_t> expected(size + 1, 0);
     for (int i = 0; i < summary.n_p; ++i) ++expected[profile.section(record.bond[i])];
     EXPECT_EQ(record.profile_peak, expected);
+  }
+}
+
+/// A lattice in other units has the sections of its rows.
+TEST(ObserveProfile, TheUsualHeightIsThatOfARowInAnyUnit) {
+  for (const double unit : {1.0, 1e10, 1e-3}) {
+    SCOPED_TRACE(unit);
+    Lattice rows = triangular_lattice(6, 0.7);
+    for (Vector2& p : rows.position) p = {p.x * unit, (p.y - 1e3) * unit};
+    const Network network = make_network(make_lattice(7 * unit, rows.position, rows.grip, rows.bond),
+                                         Model::spring, Grips::sliding, {});
+    const double height = usual_section_height(network.lattice);
+    EXPECT_NEAR(height / unit, 0.7, 1e-9);
+    EXPECT_NO_THROW(check_section_height(network.lattice, height));
+    SampleRecord record;
+    EXPECT_EQ(ObserveProfile(network, height, record).sections(), 7);
+    test::expect_refused([&] { check_section_height(network.lattice, 1e-6 * unit); },
+                         {"-record_profile_height", "at most 65536 sections"});
   }
 }
 
