@@ -13,6 +13,7 @@
 #include "crackle/compare_strategy.hpp"
 #include "crackle/compare_table.hpp"
 #include "crackle/interrupt.hpp"
+#include "crackle/option_files.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/petsc_handle.hpp"
 #include "crackle/preconditioner.hpp"
@@ -61,12 +62,13 @@ int main(int argc, char** argv) {
       return 0;
     }
     crackle::unify_help(argc, argv);
+    crackle::check_options(argc, argv);
     const crackle::petsc::Session session(argc, argv, crackle::help_text(true).c_str());
     try {
       compare_strategies();
       return 0;
     } catch (const std::exception& error) {
-      return session.first() ? crackle::complain("crackle_compare", error) : 1;
+      return session.first() ? crackle::complain("crackle_compare", crackle::with_place(error)) : 1;
     }
   });
 }

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "crackle/error.hpp"
+#include "crackle/option_files.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/petsc_handle.hpp"
 
@@ -20,6 +21,7 @@ std::map<std::string, std::string> read_options(const std::string& file) {
     throw InputError("-compare", file,
                      "files of solver options, with commas between (options/solver_*.opts)");
   }
+  (void)options_in_file(file);
   PetscOptions database = nullptr;
   char* text = nullptr;
   check(PetscOptionsCreate(&database));

@@ -16,6 +16,7 @@
 #include "crackle/error.hpp"
 #include "crackle/interrupt.hpp"
 #include "crackle/network_file.hpp"
+#include "crackle/option_files.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/petsc_handle.hpp"
 #include "crackle/preconditioner.hpp"
@@ -63,6 +64,8 @@ std::vector<crackle::Run> make_runs(const std::deque<Study>& studies) {
 }
 
 void echo(const std::deque<Study>& studies) {
+  const std::string& note = studies.front().scene.note;
+  if (!note.empty()) std::fprintf(stderr, "crackle: %s\n", crackle::one_line(note).c_str());
   for (const Study& study : studies) std::printf("%s", study.header.options.c_str());
   std::fflush(stdout);
 }
@@ -165,11 +168,12 @@ int main(int argc, char** argv) {
       return 0;
     }
     crackle::unify_help(argc, argv);
+    crackle::check_options(argc, argv);
     const crackle::petsc::Session session(argc, argv, crackle::help_text(false).c_str());
     try {
       return break_lattices();
     } catch (const std::exception& error) {
-      return session.first() ? crackle::complain("crackle", error) : 1;
+      return session.first() ? crackle::complain("crackle", crackle::with_place(error)) : 1;
     }
   });
 }

@@ -1,6 +1,5 @@
 #include "crackle/option_reader.hpp"
 
-#include <array>
 #include <sstream>
 
 #include "crackle/petsc_handle.hpp"
@@ -23,12 +22,13 @@ bool Reader::given(const char* name) const {
 }
 
 std::string Reader::text(const char* name) {
-  std::array<char, PETSC_MAX_PATH_LEN> value{};
+  const char* value = nullptr;  // the whole text: a copy would have to have a length
   PetscBool set = PETSC_FALSE;
-  check(PetscOptionsGetString(nullptr, nullptr, name, value.data(), value.size(), &set));
+  check(PetscOptionsFindPair(nullptr, nullptr, name, &value, &set));
   const OptionText& option = find_option(name);
-  if (set == PETSC_TRUE && value[0] == '\0') throw InputError(name, "without a value", option.allowed);
-  return used_[name] = set == PETSC_TRUE ? value.data() : option.standard;
+  if (set != PETSC_TRUE) return used_[name] = option.standard;
+  if (value == nullptr || *value == '\0') throw InputError(name, "without a value", option.allowed);
+  return used_[name] = value;
 }
 
 double Reader::positive(const char* name) {

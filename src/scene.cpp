@@ -10,6 +10,7 @@
 
 #include "crackle/error.hpp"
 #include "crackle/observe_profile.hpp"
+#include "crackle/option_files.hpp"
 #include "crackle/option_reader.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/petsc_handle.hpp"
@@ -185,10 +186,22 @@ const TreeKernels* read_kernels(Reader& reader) {
   throw InputError(name, value, allowed + " (what this processor has)");
 }
 
+/// Tells of a KSP that only a .petscrc or PETSC_OPTIONS wants, which one forgets.
+std::string note_unasked_solver() {
+  std::string note;
+  for (const GivenOption& option : given_options()) {
+    if (!reaches_solver(option.name)) continue;
+    if (option.asked) return "";
+    note = option.name + " in " + option.place + " asks for a KSP: -equilibrium is ksp, not tree";
+  }
+  return note;
+}
+
 void read_strategy(Reader& reader, Scene& scene) {
   // who names a KSP or a PC, if only to view it, wants it used; and no other strategy shares a sample
   const bool shared = scene.ensemble.ranks_per_sample > 1;
   const bool named = reader.given("-equilibrium") || (solver_options().empty() && !shared);
+  if (!named && !shared) scene.note = note_unasked_solver();
   scene.equilibrium.strategy = named ? reader.text("-equilibrium") : reader.note("-equilibrium", "ksp");
   if (shared && scene.equilibrium.strategy != "ksp") {
     throw InputError("-ensemble_ranks_per_sample", std::to_string(scene.ensemble.ranks_per_sample),

@@ -21,6 +21,7 @@ struct Scene {
   EnsembleOptions ensemble;
   OutputOptions output;
   bool help = false;
+  std::string note;                            ///< of a default that isn't as usual, and why; may be empty
   bool tree_view = false;                      ///< print what the tree strategy did
   std::map<std::string, std::string> options;  ///< every option with the value used; -model only if known
 };
