@@ -37,6 +37,8 @@ constexpr double kNoStretch = 1e-14;
 /// halves, or after so many steps.
 constexpr double kConverged = 1e-26;
 constexpr int kMostSteps = 60;
+/// A last correction above this fraction tells nothing.
+constexpr double kTold = 1e-6;
 /// A downdated factor is made anew when it has lost more than this at once, or leaves an error so many times that of
 /// the last new one.
 constexpr double kLeastSlack = 1e-8;
@@ -122,7 +124,15 @@ void QuadSolver::assemble() {
   }
 }
 
+/// Before a sample that starts with broken bonds: which motions of the intact network are free.
 QuadSolver::Outcome QuadSolver::factor() {
+  if (!is_intact() && was_free_.empty()) {
+    const std::vector<std::uint8_t> broken(broken_);
+    std::ranges::fill(broken_, std::uint8_t{0});
+    const Outcome outcome = factor();
+    std::ranges::copy(broken, broken_.begin());
+    if (outcome == Outcome::vague) return outcome;
+  }
   assemble();
   const PhaseScope scope(times_, Phase::factor);
   ++counts_.factorizations;
@@ -134,7 +144,14 @@ QuadSolver::Outcome QuadSolver::factor() {
       factor_.factor([this](int row, Quad pivot, Quad diagonal) { return judge(row, pivot, diagonal); });
   stale_ = !whole || factor_.is_pinned(factor_.size() - 1);
   if (!whole) return Outcome::vague;
+  if (is_intact() && was_free_.empty()) {
+    for (int row = 0; row < factor_.size(); ++row) was_free_.push_back(factor_.is_pinned(row) ? 1 : 0);
+  }
   return stale_ ? Outcome::loose : Outcome::solved;
+}
+
+bool QuadSolver::is_intact() const {
+  return std::ranges::find(broken_, std::uint8_t{1}) == broken_.end();
 }
 
 /// A small pivot is the energy of its motion, which an error of that motion enters squared; 0 for a free one, and
@@ -142,14 +159,15 @@ QuadSolver::Outcome QuadSolver::factor() {
 Quad QuadSolver::judge(int row, Quad pivot, Quad diagonal) {
   if (pivot > kSmallPivot * diagonal) return pivot;
   factor_.null_vector(row, r_);
-  const Motion motion = look_at(r_, free_);
   const bool plate = row + 1 == factor_.size();
+  if (plate && !is_intact()) return energy(r_);  // F beside the intact one says what is 0
+  const bool new_free = !is_intact() && !was_free_.empty() && was_free_[row] == 0;
+  const Motion motion = look_at(r_, new_free ? kLeastFree : free_);
   if (motion == Motion::free) {
     if (!plate) ++counts_.null_pivots;
     return 0;
   }
-  const bool intact = std::ranges::find(broken_, std::uint8_t{1}) == broken_.end();
-  if (motion == Motion::stiff || (plate && !intact)) return energy(r_);
+  if (motion == Motion::stiff) return energy(r_);
   complaint_ = describe_open(row);
   return -1;
 }
@@ -237,7 +255,10 @@ QuadSolver::Outcome QuadSolver::solve() {
   }
   if (!changed_) fresh_error_ = error;
   const PhaseScope scope(times_, Phase::search);
-  if (look_at(u_, free_refined_) == Motion::free) return Outcome::loose;
+  // what was held stays held while bonds that carry force break: F beside the intact one says what is 0
+  // as long as refinement tells
+  const bool open = is_intact() || !(error < kTold);
+  if (open && look_at(u_, free_refined_) == Motion::free) return Outcome::loose;
   // of all motions with this plate displacement the true one has the least energy: an error enters squared
   const Quad plate = u_.back();
   stiffness_ = energy(u_) / (plate * plate);

@@ -70,6 +70,7 @@ class QuadSolver {
   void fill_residual();
   [[nodiscard]] double refine();
   void note_forces(double error);
+  [[nodiscard]] bool is_intact() const;
   [[nodiscard]] bool acts(BondId e) const { return broken_[e] == 0 && network_.can_stretch(e); }
   [[nodiscard]] double largest(std::span<const Quad> x) const;
 
@@ -83,8 +84,10 @@ class QuadSolver {
   double free_;            ///< of any
   std::vector<int> idle_;  ///< rows that no bond touches
   std::vector<std::uint8_t> broken_;  ///< [M]
-  std::vector<Quad> u_, r_;           ///< [n] by rows
-  std::vector<Quad> force_;           ///< [M]
+  /// [n] rows of free motions in the intact network: breaks of bonds that carry force make no new ones. Empty: not known
+  std::vector<std::uint8_t> was_free_;
+  std::vector<Quad> u_, r_;  ///< [n] by rows
+  std::vector<Quad> force_;  ///< [M]
   Quad stiffness_ = 0;
   double largest_force_ = 0;
   double uncertain_ = 0;
