@@ -18,6 +18,8 @@ namespace {
 constexpr double kPivotRoundings = 1e3;
 /// A break that leaves a slack below this has made something that hardly resists.
 constexpr double kSoftSlack = 1e-8;
+/// A residual of the intact network above this, relative to the load, is that of no solver.
+constexpr double kNoSolution = 1e-3;
 
 template <class... Numbers>
 std::string describe(const char* format, Numbers... numbers) {
@@ -141,9 +143,9 @@ State Equilibrium::confirm_end(Critical& next) {
   const State state = consult(next);
   if (state != State::carrying || !iterates()) return state;
   if (next.stiffness < kRefereedStiffness * intact_stiffness_) return hand_over(next);
-  complaint_ =
-      why +
-      " though the network still carries: try a direct solver, a tighter -ksp_rtol, or more -ksp_max_it";
+  complaint_ = why +
+               " though the network still carries: try a direct solver (-pc_type updown), a tighter "
+               "-ksp_rtol, or more -ksp_max_it";
   return State::unsolved;
 }
 
@@ -180,6 +182,13 @@ State Equilibrium::look_for_doubt(Critical& next) {
   const State state = renew() ? search(next) : State::failed;
   if (state == State::failed) return confirm_end(next);
   if (state != State::carrying || !is_doubtful(next)) return state;
+  if (is_foreign() && removed_.empty() && !(last_residual_ < kNoSolution)) {
+    complaint_ = describe(
+        "the solver leaves a residual of %.2g of the load: it doesn't solve; try -ksp_type cg with "
+        "this -pc_type, or -pc_type updown",
+        last_residual_);
+    return State::unsolved;
+  }
   return consult(next);
 }
 
@@ -192,6 +201,7 @@ bool Equilibrium::is_doubtful(const Critical& next) {
   residual(network_, broken_, u, r_);
   const double norm = std::sqrt(std::inner_product(r_.begin(), r_.end(), r_.begin(), 0.0));
   counts_.loosest_residual = std::max(counts_.loosest_residual, norm);
+  last_residual_ = norm;
   suspicious_ = !(norm <= kDoubtfulResidual);
   const double amplified = kForcePerResidual * std::sqrt(std::max(1.0, intact_stiffness_ / next.stiffness));
   const double uncertain = amplified * norm;

@@ -217,6 +217,7 @@ class Equilibrium {
 
   std::vector<BondId> removed_;  ///< since reset, in order
   bool suspicious_ = false;      ///< the last residual was doubtful
+  double last_residual_ = 0;     ///< what is_doubtful measured
   bool refereed_ = false;        ///< to the end of the sample: the strategy isn't told of breaks
   bool classified_ = false;      ///< soft_ is known
   bool soft_ = false;            ///< pivots of the intact network are too small for double
