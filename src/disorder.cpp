@@ -88,9 +88,12 @@ void draw_thresholds(const DisorderOptions& options, std::int64_t sample, std::s
     double& t = threshold[bond];
     t = r;
     if (options.thresholds == Thresholds::power) t = std::pow(r, options.exponent);
-    if (t < kLeastThreshold && r > 0) refuse_exponent(options, sample, threshold.size());
     if (options.thresholds == Thresholds::constant) t = 1;
-    if (luck < options.zero_share) t = 0;
+    if (luck < options.zero_share) {
+      t = 0;
+    } else if (t < kLeastThreshold && r > 0) {
+      refuse_exponent(options, sample, threshold.size());
+    }
   }
 }
 

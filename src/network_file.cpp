@@ -61,7 +61,7 @@ std::vector<double> read_thresholds(hid_t file, std::size_t bonds) {
   std::vector<hsize_t> shape;
   std::vector<double> values = hdf5::read<double>(file, name, &shape);
   if (bonds == 0 && values.empty()) return {};
-  if (shape.empty() || shape.size() > 2 || shape.back() != bonds || values.empty()) {
+  if (bonds == 0 || shape.empty() || shape.size() > 2 || shape.back() != bonds || values.empty()) {
     throw InputError(
         "size of dataset /" + name, std::to_string(values.size()),
         "one value for each of the " + std::to_string(bonds) + " bonds, or a row of them for each sample");

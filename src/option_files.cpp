@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <sstream>
 
 #include "crackle/error.hpp"
@@ -23,6 +24,10 @@ namespace {
 constexpr const char* kLine =
     "one option a line: -name value, or -name; a value with spaces between \"\", comments after a space and "
     "#";
+
+constexpr int kMostFiles = 500;          // each is read within the one that includes it: the stack has an end
+constexpr std::size_t kMostNames = 500;  // PETSc's table has 512 places, some of which it fills itself
+constexpr int kMostAliases = 25;         // PETSc's limit
 
 std::string lower(std::string word) {
   std::ranges::transform(word, word.begin(),
@@ -71,6 +76,8 @@ class Walk {
   void line(const std::string& text, const std::string& place);
   void take(const std::string& name, const std::string& value, const std::string& place);
 
+  int files_ = 0;
+  int aliases_ = 0;
   std::vector<std::filesystem::path>
       open_;  ///< the files that are being read, each included by the one before
 };
@@ -142,6 +149,10 @@ void Walk::file(const std::string& name, const std::string& asked) {
   if (std::ranges::find(open_, whole) != open_.end()) {
     throw InputError(asked, name, "an options file that doesn't include itself");
   }
+  if (++files_ > kMostFiles) {
+    throw InputError(asked, name,
+                     "at most " + std::to_string(kMostFiles) + " options files, includes among them");
+  }
   open_.push_back(whole);
   std::istringstream lines(text);
   int number = 0;
@@ -158,6 +169,9 @@ void Walk::line(const std::string& text, const std::string& place) {
   if (words.empty()) return;
   const bool alias = lower(words[0].text) == "alias" && words.size() == 3;
   if (alias && is_option(words[1].text) && is_option(words[2].text)) {
+    if (++aliases_ > kMostAliases) {
+      throw InputError(place + ":", text, "at most " + std::to_string(kMostAliases) + " aliases");
+    }
     take(words[1].text, "", place);
     return;
   }
@@ -234,7 +248,13 @@ void check_options(int argc, char* const* argv) {
     const char* const number = std::getenv(rank);
     if (number != nullptr && std::string(number) != "0") return;
   }
-  (void)given_options(argc, argv);
+  std::set<std::string> names;
+  for (const GivenOption& option : given_options(argc, argv)) {
+    names.insert(option.name);
+    if (names.size() <= kMostNames) continue;
+    throw InputError((option.place.empty() ? "" : option.place + ": ") + option.name, option.value,
+                     "at most " + std::to_string(kMostNames) + " different options");
+  }
 }
 
 std::runtime_error with_place(const std::exception& error) {

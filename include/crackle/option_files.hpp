@@ -33,7 +33,8 @@ struct GivenOption {
 /// given_options of PETSc's arguments, in a session.
 [[nodiscard]] std::vector<GivenOption> given_options();
 
-/// Looks through them before PETSc does, in the process that reads them. Throws as given_options does.
+/// Looks through them before PETSc does, in the process that reads them. Throws as given_options does, and for more
+/// options, aliases or files than PETSc's tables and stack hold.
 void check_options(int argc, char* const* argv);
 
 /// A message that begins with an option, and where that was given, when it wasn't on the command line.

@@ -1,6 +1,7 @@
 """Networks read from a file: those that crackle wrote, irregular ones, and ones with floppy parts."""
 import numpy as np
 import pytest
+from damage_profiles import bond_sections
 from networks import BOTTOM, FREE, TOP, NetworkOfFile, irregular_network, small_network
 from program import assert_as_reference, break_samples, datasets, options_of, refuse, run, succeed
 from reference_model import triangular_lattice
@@ -304,6 +305,10 @@ def test_a_profile_has_the_networks_own_sections(tmp_path, unit):
     assert found["/profile/failure"].shape == (1, 3)
     assert found["/profile/failure"].sum() == len(found["/breaks/bond"])
     assert float(options_of(tmp_path / "crackle.h5")["-record_profile_height"]) == pytest.approx(unit)
+    with_network = break_file(tmp_path, network, "-record breaks,profile,network")
+    section = bond_sections(read_run(tmp_path / "crackle.h5").network(), unit)
+    np.testing.assert_array_equal(np.bincount(section[with_network["/breaks/bond"]], minlength=3),
+                                  with_network["/profile/failure"][0])
     halves = break_file(tmp_path, network, f"-record breaks,profile -record_profile_height {unit / 2}")
     assert halves["/profile/failure"].shape == (1, 5)
     refuse(tmp_path, f"{FROM_FILE} -record profile -record_profile_height {unit * 1e-6}", "-record_profile_height",

@@ -23,6 +23,8 @@ REFUSED = {  # what follows GOOD: words of the message
     "include_of_a_device": (b"-options_file /dev/zero\n", ["scene.opts, line 2", "/dev/zero", "pipe or device"]),
     "itself": (b"-options_file scene.opts\n", ["scene.opts, line 2", "doesn't include itself"]),
     "itself_by_another_name": (b"-options_file ./a/../scene.opts\n", ["scene.opts, line 2", "include itself"]),
+    "many_names": ("".join(f"-mat_x{i} 1\n" for i in range(600)).encode(), ["scene.opts, line 50", "-mat_x49", "at most 500"]),
+    "many_aliases": ("".join(f"alias -x{i} -seed\n" for i in range(30)).encode(), ["line 27", "at most 25 aliases"]),
     "zeros": (b"\0\0\n", ["scene.opts", "bytes that are 0"]),
 }
 
@@ -152,3 +154,15 @@ def test_a_strategys_file(tmp_path):
         result = execute(tmp_path, "crackle_compare -lattice_size 2 -compare s.opts")
         assert result.returncode == 1 and result.stderr.count("\n") == 1, result.stderr
         assert word in result.stderr and "s.opts" in result.stderr
+
+
+def test_includes_without_end(tmp_path):
+    """Two includes in each of forty files would be a million million files."""
+    for i in range(40):
+        (tmp_path / f"{i}.opts").write_text(f"-options_file {i + 1}.opts\n" * 2)
+    (tmp_path / "40.opts").write_text(GOOD)
+    refuse(tmp_path, "-options_file 0.opts", "at most 500 options files")
+    for i in range(480):
+        (tmp_path / f"{i}.opts").write_text(f"-options_file {i + 1}.opts\n")
+    (tmp_path / "480.opts").write_text(GOOD)
+    succeed(tmp_path, "-options_file 0.opts -monitor none -overwrite")
