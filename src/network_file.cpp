@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -13,6 +14,8 @@
 namespace crackle {
 
 namespace {
+
+constexpr double kUnbreakable = std::numeric_limits<double>::infinity();
 
 /// Values of a dataset [..][2] as pairs.
 template <class Pair, class T>
@@ -42,16 +45,23 @@ std::vector<double> read_optional(hid_t file, const std::string& name, std::size
   return values;
 }
 
-/// -0 becomes 0.
-void check_threshold(double& t, std::size_t bond) {
-  if (t == 0) t = 0;
-  if (t == 0 || (t >= kLeastThreshold && t <= kLargestThreshold) || (std::isinf(t) && t > 0)) return;
-  std::array<char, 32> value{};
+/// 0 and from `least` to `largest`; -0 becomes 0. `what`: "threshold".
+void check_range(const char* what, double& value, std::size_t bond, double least, double largest) {
+  if (value == 0) value = 0;
+  if (value == 0 || (value >= least && value <= largest)) return;
+  std::array<char, 32> digits{};
   std::array<char, 80> allowed{};
-  std::snprintf(value.data(), value.size(), "%.6g", t);
-  std::snprintf(allowed.data(), allowed.size(), "a number from 0 (0, from %g to %g, or infinity)",
-                kLeastThreshold, kLargestThreshold);
-  throw InputError("threshold of bond " + std::to_string(bond), value.data(), allowed.data());
+  std::snprintf(digits.data(), digits.size(), "%.6g", value);
+  std::snprintf(allowed.data(), allowed.size(), "a number from 0 (0, %sfrom %g to %g)",
+                largest == kLargestThreshold ? "infinity, or " : "or ", least, largest);
+  throw InputError(std::string(what) + " of bond " + std::to_string(bond), digits.data(), allowed.data());
+}
+
+std::vector<double> read_stiffness(hid_t file, std::size_t bonds) {
+  std::vector<double> values = read_optional(file, "network/bonds/stiffness", bonds);
+  for (std::size_t e = 0; e < bonds && !values.empty(); ++e)
+    check_range("stiffness", values[e], e, kLeastStiffness, kLargestStiffness);
+  return values;
 }
 
 /// [M], or [S][M] row by row.
@@ -66,7 +76,10 @@ std::vector<double> read_thresholds(hid_t file, std::size_t bonds) {
         "size of dataset /" + name, std::to_string(values.size()),
         "one value for each of the " + std::to_string(bonds) + " bonds, or a row of them for each sample");
   }
-  for (std::size_t i = 0; i < values.size(); ++i) check_threshold(values[i], i % bonds);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] != kUnbreakable)
+      check_range("threshold", values[i], i % bonds, kLeastThreshold, kLargestThreshold);
+  }
   return values;
 }
 
@@ -92,7 +105,7 @@ NetworkFile read_group(hid_t file) {
                    read_pairs<Vector2, double>(file, "network/nodes/position"), std::move(grips),
                    read_pairs<std::array<NodeId, 2>, NodeId>(file, "network/bonds/nodes"), read_steps(file));
   if (result.model == Model::spring) check_directions(result.lattice);
-  result.stiffness = read_optional(file, "network/bonds/stiffness", result.lattice.bond.size());
+  result.stiffness = read_stiffness(file, result.lattice.bond.size());
   result.threshold = read_thresholds(file, result.lattice.bond.size());
   return result;
 }

@@ -33,7 +33,7 @@ constexpr std::array kOptions = {
                true},
     OptionText{"-stiffness", "uniform", "uniform, random, inclusion or band",
                "bonds: all 1; log-uniform from 1/c to 1; a disc of c in the middle; a band of 1/c", true},
-    OptionText{"-stiffness_contrast", "1", "a number from 1", "c of -stiffness", true},
+    OptionText{"-stiffness_contrast", "1", "a number from 1 to 1e100", "c of -stiffness", true},
     OptionText{"-disorder", "uniform", "uniform, power, constant or file",
                "thresholds: r uniform on [0, 1), r^D, 1, or the network file's", true},
     OptionText{"-disorder_exponent", "1", "a number above 0", "D of -disorder power", true},

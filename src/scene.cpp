@@ -30,6 +30,10 @@ StiffnessOptions read_stiffness(Reader& reader) {
                                               {"band", StiffnessKind::band}});
   if (options.kind != StiffnessKind::uniform) {
     options.contrast = reader.number("-stiffness_contrast", 1.0);
+    if (options.contrast > kLargestStiffness) {
+      throw InputError("-stiffness_contrast", reader.text("-stiffness_contrast"),
+                       find_option("-stiffness_contrast").allowed);
+    }
   }
   options.dilution = reader.number("-lattice_dilution", 0.0);
   if (options.dilution >= 1) {

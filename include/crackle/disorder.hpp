@@ -15,17 +15,19 @@ namespace crackle {
 /// The law of the thresholds; r is uniform on [0, 1).
 enum class Thresholds : std::uint8_t {
   uniform,   ///< t = r
-  power,     ///< t = r^D: down to 0 where that is below the smallest double
+  power,     ///< t = r^D
   constant,  ///< t = 1: every choice is a tie, or decided by the forces alone
 };
 
-/// Thresholds between which no ratio of force to threshold, load or displacement leaves the range of doubles. 0 (breaks
-/// under any force) and infinity (never breaks) are thresholds too.
+/// Between these no ratio of force to threshold, load or displacement leaves the range of doubles while a network carries
+/// 1e-40 of what it did. A threshold may also be 0 (breaks under any force) or infinite (never breaks), a stiffness 0.
+inline constexpr double kLeastStiffness = 1e-100;
+inline constexpr double kLargestStiffness = 1e100;
 inline constexpr double kLeastThreshold = 1e-290;
-inline constexpr double kLargestThreshold = 1e250;
+inline constexpr double kLargestThreshold = 1e150;
 
 struct DisorderOptions {
-  bool from_file = false;  ///< thresholds of the network file, the same for every sample; else drawn
+  bool from_file = false;  ///< thresholds of the network file; else drawn
   Thresholds thresholds = Thresholds::uniform;
   double exponent = 1;    ///< D of `power`, > 0
   double zero_share = 0;  ///< probability that a threshold is 0 instead

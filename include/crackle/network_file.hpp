@@ -54,8 +54,8 @@ struct IntactNetwork {
 [[nodiscard]] std::string checksum(const IntactNetwork& intact);
 
 /// Throws InputError, naming file and what is wrong, for a file that is missing, truncated or not HDF5, lacks
-/// a dataset, has one of a wrong shape, or holds what make_lattice refuses; for thresholds that are NaN,
-/// negative, or neither 0, infinite nor from kLeastThreshold to kLargestThreshold.
+/// a dataset, has one of a wrong shape, or holds what make_lattice or, for springs, check_directions refuses;
+/// for thresholds and stiffnesses that are NaN, negative or outside the range that disorder.hpp gives.
 [[nodiscard]] NetworkFile read_network_file(const std::string& path);
 
 /// Writes /network into an open file; without thresholds when they are empty.
