@@ -156,7 +156,7 @@ def assert_same_breaks(found, expected, tolerance=1e-11):
         assert (error <= allowed).all(), f"{name}: {np.max(error / allowed):.3g} times what is allowed"
 
 
-def assert_as_reference(found, expected, tolerance=1e-11):
+def assert_same_while_told(found, expected, tolerance=1e-11):
     """Like assert_same_breaks, with what a dense solve in double expects, which can't tell F from 0 below 1e-8 of F_1: what
     comes after must lie there.
     """

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from damage_profiles import bond_sections
 from networks import BOTTOM, FREE, TOP, NetworkOfFile, irregular_network, small_network
-from program import assert_as_reference, break_samples, datasets, options_of, refuse, run, succeed
+from program import assert_same_while_told, break_samples, datasets, options_of, refuse, run, succeed
 from reference_model import triangular_lattice
 from reference_network import break_network
 from run_file import read_run
@@ -51,7 +51,7 @@ def test_stiffness_is_1_without_a_dataset(tmp_path):
 @pytest.mark.parametrize("components", [1, 2])
 def test_small_network_breaks_as_the_reference(tmp_path, components, grips):
     network = small_network().but(components=components)
-    assert_as_reference(break_file(tmp_path, network, f"-grips {grips}"), break_network(network, grips))
+    assert_same_while_told(break_file(tmp_path, network, f"-grips {grips}"), break_network(network, grips))
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -61,14 +61,14 @@ def test_irregular_network_with_stiffness_over_four_decades(tmp_path, grips, com
     network = irregular_network(seed, components=components)
     expected = break_network(network, grips)
     for solver in ("", "-equilibrium ksp", "-equilibrium dense", MUMPS):
-        assert_as_reference(break_file(tmp_path, network, f"-grips {grips} {solver}"), expected)
+        assert_same_while_told(break_file(tmp_path, network, f"-grips {grips} {solver}"), expected)
 
 
 def test_order_of_the_two_nodes_of_a_bond_does_not_matter(tmp_path):
     network = irregular_network(4)
     turned = network.but(nodes=np.where((np.arange(len(network.nodes)) % 2 == 0)[:, None],
                                         network.nodes, network.nodes[:, ::-1]))
-    assert_as_reference(break_file(tmp_path, turned, "-break_on tension"),
+    assert_same_while_told(break_file(tmp_path, turned, "-break_on tension"),
                        break_file(tmp_path, network, "-break_on tension"))
 
 
@@ -78,7 +78,7 @@ def test_units_do_not_matter(tmp_path):
     other = network.but(position=1e-3 * network.position, stiffness=1e9 * network.stiffness)
     expected, found = break_file(tmp_path, network), break_file(tmp_path, other)
     expected["/breaks/stiffness"] = 1e9 * expected["/breaks/stiffness"]
-    assert_as_reference(found, expected)
+    assert_same_while_told(found, expected)
 
 
 @pytest.mark.parametrize("components", [1, 2])
@@ -87,7 +87,7 @@ def test_two_bonds_between_the_same_nodes(tmp_path, components):
     doubled = network.but(nodes=np.vstack([network.nodes, network.nodes[[6]]]),
                           stiffness=np.append(network.stiffness, 0.3),
                           threshold=np.append(network.threshold, 0.2))
-    assert_as_reference(break_file(tmp_path, doubled), break_network(doubled))
+    assert_same_while_told(break_file(tmp_path, doubled), break_network(doubled))
 
 
 def lattice_network(size, seed, components=2):
@@ -137,7 +137,7 @@ def test_floppy_parts(tmp_path, kind, components, grips):
         network = FLOPPY[kind](components, seed)
         expected = break_network(network, grips)
         for solver in ("", "-equilibrium ksp", "-equilibrium dense"):
-            assert_as_reference(break_file(tmp_path, network, f"-grips {grips} {solver}"), expected)
+            assert_same_while_told(break_file(tmp_path, network, f"-grips {grips} {solver}"), expected)
 
 
 @pytest.mark.parametrize("seed, nodes", [(234, 52), (498, 76)])
@@ -145,7 +145,7 @@ def test_floppy_parts_on_stiffness_over_four_decades(tmp_path, seed, nodes):
     """Null pivots whose rounding is not small beside the softest bonds."""
     network = with_floppy_parts(irregular_network(seed, nodes))
     for solver in ("", "-equilibrium ksp", "-equilibrium dense", "-ksp_type cg -pc_type updown"):
-        assert_as_reference(break_file(tmp_path, network, solver), break_network(network))
+        assert_same_while_told(break_file(tmp_path, network, solver), break_network(network))
 
 
 def thinned_network(seed):
@@ -179,7 +179,7 @@ def test_bonds_without_stiffness_do_not_count(tmp_path):
     network = network.but(stiffness={i: 0.0 for i in gone})
     expected, found = break_network(network), break_file(tmp_path, network)
     assert not np.isin(found["/breaks/bond"], gone).any()
-    assert_as_reference(found, expected)
+    assert_same_while_told(found, expected)
 
 
 def test_thresholds_of_zero_break_first_at_no_load(tmp_path):
@@ -236,14 +236,14 @@ def test_half_a_period_needs_a_step(tmp_path, scale, shift):
     found = [break_file(tmp_path, network.but(position=scale * (network.position + [shift, 0]), period_x=2 * scale,
                                               step=scale * network.step))
              for network in (two_wide(), two_wide(flip=True))]
-    assert_as_reference(found[1], found[0])
+    assert_same_while_told(found[1], found[0])
 
 
 def test_steps_are_the_networks(tmp_path):
     """They lead where the same network without a period has its nodes; they are kept, and a wrong one is refused."""
     network = two_wide()
     expected = break_network(network)
-    assert_as_reference(break_file(tmp_path, network, "-record breaks,network"), expected)
+    assert_same_while_told(break_file(tmp_path, network, "-record breaks,network"), expected)
     kept = datasets(tmp_path / "crackle.h5")
     np.testing.assert_array_equal(kept["/network/bonds/step"], network.step)
     again = break_samples(tmp_path, "-lattice file -lattice_file crackle.h5 -disorder file", "again.h5")

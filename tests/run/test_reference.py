@@ -1,7 +1,7 @@
 """Bond by bond as the independent model in numpy breaks the same lattice: bonds, loads, stiffnesses."""
 import numpy as np
 import pytest
-from program import OUTPUT, assert_as_reference, break_samples
+from program import OUTPUT, assert_same_while_told, break_samples
 from reference_model import break_lattice
 
 GRIPS = ["sliding", "clamped"]
@@ -19,7 +19,7 @@ def assert_as_reference(folder, size, sample=0, seed=1, model="spring", grips="s
     assert threshold.min() >= 0 and threshold.max() < 1
     bonds, loads, stiffnesses = break_lattice(size, threshold, model, grips, break_on, row_spacing)
     expected = {"/breaks/bond": bonds, "/breaks/load": loads, "/breaks/stiffness": stiffnesses}
-    assert_as_reference(found, expected)
+    assert_same_while_told(found, expected)
     assert_summary(found, loads, stiffnesses)
 
 
