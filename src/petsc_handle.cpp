@@ -12,6 +12,7 @@
 #include "crackle/error.hpp"
 
 extern "C" void openblas_set_num_threads(int threads) __attribute__((weak));
+extern "C" void omp_set_max_active_levels(int levels) __attribute__((weak));
 extern "C" void* blas_memory_alloc(int position) __attribute__((weak));
 extern "C" void blas_memory_free(void* buffer) __attribute__((weak));
 
@@ -106,6 +107,8 @@ Session::Session(int& argc, char**& argv, const char* help) {
   start_light();
   begin_again_where_space_is_limited(argv);
   if (openblas_set_num_threads != nullptr && !threads_wanted()) openblas_set_num_threads(1);
+  // CHOLMOD asks for four threads whatever the number set; its loops are too short for any
+  if (omp_set_max_active_levels != nullptr && !threads_wanted()) omp_set_max_active_levels(0);
   make_sure_of_memory();
   // Before PETSc starts, as an options file may be missing; never popped, as PETSc may have changed its
   // malloc.
