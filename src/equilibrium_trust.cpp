@@ -28,18 +28,6 @@ std::string describe(const char* format, Numbers... numbers) {
   return text.data();
 }
 
-/// Stiffest over softest.
-double contrast(const Network& network) {
-  double stiffest = 0;
-  double softest = std::numeric_limits<double>::infinity();
-  for (BondId e = 0; e < network.bonds(); ++e) {
-    if (!network.can_stretch(e)) continue;
-    stiffest = std::max(stiffest, network.stiffness[e]);
-    softest = std::min(softest, network.stiffness[e]);
-  }
-  return stiffest / softest;
-}
-
 }  // namespace
 
 std::string describe_doubt(const EquilibriumCounts& counts) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -176,6 +177,17 @@ Network make_network(Lattice lattice, Model model, Grips grips, std::vector<doub
   }
   network.norm = note_diagonal(network);
   return network;
+}
+
+double contrast(const Network& network) {
+  double stiffest = 0;
+  double softest = std::numeric_limits<double>::infinity();
+  for (BondId e = 0; e < network.bonds(); ++e) {
+    if (!network.can_stretch(e)) continue;
+    stiffest = std::max(stiffest, network.stiffness[e]);
+    softest = std::min(softest, network.stiffness[e]);
+  }
+  return stiffest / softest;
 }
 
 void residual(const Network& network, std::span<const std::uint8_t> broken, std::span<const double> u,

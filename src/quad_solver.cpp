@@ -52,17 +52,6 @@ double free_by_turns(double turned) {
   return std::min(std::max(kFreeTurns * turned, kLeastFree), kMostFree);
 }
 
-double contrast(const Network& network) {
-  double stiffest = 0;
-  double softest = std::numeric_limits<double>::infinity();
-  for (BondId e = 0; e < network.bonds(); ++e) {
-    if (!network.can_stretch(e)) continue;
-    stiffest = std::max(stiffest, network.stiffness[e]);
-    softest = std::min(softest, network.stiffness[e]);
-  }
-  return stiffest / softest;
-}
-
 }  // namespace
 
 QuadSolver::QuadSolver(const Network& network, QuadOrder order, PhaseTimes& times)

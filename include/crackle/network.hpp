@@ -82,6 +82,9 @@ struct Network {
   return sum;
 }
 
+/// Stiffness of the stiffest bond that can stretch over that of the softest.
+[[nodiscard]] double contrast(const Network& network);
+
 /// r = e_plate - K u from the bonds alone, skipping those for which broken[e] != 0 (size M), idle slots as
 /// in K. Sizes of u and r: n. Independent of any matrix and factor: what trust is measured by.
 void residual(const Network& network, std::span<const std::uint8_t> broken, std::span<const double> u,
