@@ -9,6 +9,7 @@
 #include "crackle/equilibrium_quad.hpp"
 #include "crackle/equilibrium_tree.hpp"
 #include "crackle/error.hpp"
+#include "crackle/held_solver.hpp"
 #include "crackle/referee.hpp"
 
 namespace crackle {
@@ -81,6 +82,7 @@ void Equilibrium::remove(BondId bond) {
   removed_.push_back(bond);
   if (refereed_) {
     referee().remove(bond);
+    if (HeldFactor* own = held_factor()) own->follow(bond);
   } else {
     do_remove(bond);
   }
@@ -123,7 +125,7 @@ std::vector<double> Equilibrium::do_forces() {
 }
 
 State Equilibrium::find_critical(Critical& next) {
-  const State state = refereed_ ? referee().decide(next) : look(next);
+  const State state = refereed_ ? ask_referee(next) : look(next);
   if (refereed_) {
     counts_.refereed += state == State::carrying ? 1 : 0;
     complaint_ = referee().complaint();

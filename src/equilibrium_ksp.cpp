@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "crackle/error.hpp"
+#include "crackle/held_solver.hpp"
 #include "crackle/network_matrix.hpp"
 #include "crackle/option_text.hpp"
 #include "crackle/preconditioner.hpp"
@@ -43,7 +44,7 @@ void check_options(PetscErrorCode code) {
   throw InputError(option + ": " + petsc::last_message());
 }
 
-class EquilibriumKsp final : public Equilibrium {
+class EquilibriumKsp final : public Equilibrium, private HeldFactor {
  public:
   EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times);
   [[nodiscard]] EquilibriumCounts counts() const override;
@@ -61,7 +62,12 @@ class EquilibriumKsp final : public Equilibrium {
   [[nodiscard]] bool iterates() const override { return !preonly_; }
   [[nodiscard]] bool is_foreign() const override { return !follows_; }
   [[nodiscard]] double smallest_pivot() override;
+  [[nodiscard]] HeldFactor* held_factor() override { return follows_ ? this : nullptr; }
   [[nodiscard]] bool move_plate(std::span<double> u) override;
+  [[nodiscard]] std::size_t held_pins() const override {
+    return static_cast<std::size_t>(preconditioner_->counts().null_pivots);
+  }
+  void follow(BondId /*bond*/) override { behind_ = true; }
   [[nodiscard]] bool renew() override;
   void create_solver();
   /// Fills u_; `failed`, with a complaint_, when the solver gives up.
@@ -88,6 +94,7 @@ class EquilibriumKsp final : public Equilibrium {
   bool preonly_ = false;
   bool loose_ = false;  ///< the last break left nothing that carries, or not enough for double
   bool check_due_ = false;
+  bool behind_ = false;            ///< the Referee has taken over: breaks are no longer taken in
   bool kept_ = false;              ///< the intact factor has a copy
   PreconditionerCounts intact_;    ///< what is known of the intact network's factor
   std::vector<BondId> removed_;    ///< since reset
@@ -154,6 +161,7 @@ void EquilibriumKsp::do_reset() {
   check(VecZeroEntries(u_));
   loose_ = false;
   check_due_ = false;
+  behind_ = false;
   if (removed_.empty()) return;
   {
     const PhaseScope scope(times_, Phase::assembly);
@@ -282,7 +290,7 @@ State EquilibriumKsp::give_up(const std::string& why) {
 
 /// Half a solve by a factor that follows: where F is lost in rounding, the displacements relative to the plate's are not.
 bool EquilibriumKsp::move_plate(std::span<double> u) {
-  if (!follows_ || KSPSolve(ksp_, load_, u_) != 0) return false;
+  if (behind_ || KSPSolve(ksp_, load_, u_) != 0) return false;
   std::ranges::copy(do_displacements(), u.begin());
   const double plate = u[network_.plate];
   for (double& x : u) x /= plate;

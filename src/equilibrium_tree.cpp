@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "crackle/held_solver.hpp"
 #include "crackle/tree_factor.hpp"
 #include "crackle/tree_kernels.hpp"
 
@@ -24,7 +25,7 @@ constexpr std::int64_t kMostKept = 4'000'000;
 constexpr double kBreaksPerRow = 25;
 constexpr double kBreaksOfShortSample = 10'000;
 
-class EquilibriumTree final : public Equilibrium {
+class EquilibriumTree final : public Equilibrium, private HeldFactor {
  public:
   EquilibriumTree(const Network& network, const EquilibriumOptions& options, PhaseTimes& times,
                   const TreeOptions& tree)
@@ -76,11 +77,7 @@ class EquilibriumTree final : public Equilibrium {
     return intact_pivots_.null > 0 ? 0 : intact_pivots_.smallest;
   }
 
-  [[nodiscard]] bool move_plate(std::span<double> u) override {
-    if (!batch_.waiting().empty()) (void)take_in();
-    factor_.move_plate(1, u);
-    return true;
-  }
+  [[nodiscard]] HeldFactor* held_factor() override { return this; }
 
   [[nodiscard]] State search(Critical& next) override {
     if (head_ == batch_.verified().size() && state_ == State::carrying) advance();
@@ -124,9 +121,32 @@ class EquilibriumTree final : public Equilibrium {
   }
 
  private:
+  void follow(BondId bond) override { late_.push_back(bond); }
+
+  [[nodiscard]] bool move_plate(std::span<double> u) override {
+    if (!batch_.waiting().empty()) (void)take_in();
+    const PhaseScope scope(times_, Phase::downdate);
+    (void)factor_.downdate(late_);
+    const bool lost = !late_.empty() && !(factor_.held_slack() > kLeastSlack);
+    late_.clear();
+    if (lost) make_factor();
+    factor_.move_plate(1, u);
+    return !has_softened();
+  }
+
+  [[nodiscard]] bool solve_held(std::span<const double> load, std::span<double> x) override {
+    factor_.solve_held(load, x);
+    return true;
+  }
+
+  [[nodiscard]] std::size_t held_pins() const override {
+    return static_cast<std::size_t>(factor_.pivots().null);
+  }
+
   /// Nothing waits, nothing is predicted.
   void start_from_factor() {
     batch_.reset(threshold());
+    late_.clear();
     head_ = 0;
     unchecked_ = 0;
     state_ = has_failed(factor_.stiffness()) ? State::failed : State::carrying;
@@ -161,7 +181,7 @@ class EquilibriumTree final : public Equilibrium {
     const double slack = factor_.downdate(batch_.waiting());
     ++tree_counts_.downdates;
     const bool gone = !(factor_.stiffness() > kRefereedStiffness * intact_stiffness());
-    if (!(slack > kLeastSlack) && !gone) make_factor();
+    if (!((gone ? factor_.held_slack() : slack) > kLeastSlack)) make_factor();
     batch_.refresh();
     if (has_failed(factor_.stiffness()) || has_softened()) {
       state_ = State::failed;
@@ -217,6 +237,7 @@ class EquilibriumTree final : public Equilibrium {
   TreeBatch batch_;
   std::unique_ptr<TreeFactor> checker_;  // with verify
   State state_ = State::carrying;
+  std::vector<BondId> late_;    // broken since the Referee took over: the factor hasn't taken them in
   std::size_t head_ = 0;        // verified breaks that have been removed
   int shown_ = 0;               // state that find_critical saw last
   std::int64_t unchecked_ = 0;  // breaks since the last look at the backward error

@@ -97,35 +97,27 @@ bool Equilibrium::has_softened(const Critical& next) {
 State Equilibrium::hand_over(Critical& next) {
   refereed_ = true;
   referee().begin(threshold_, removed_, intact_stiffness_);
-  return referee().decide(next);
+  return ask_referee(next);
 }
 
 /// This break alone.
 State Equilibrium::consult(Critical& next) {
   referee().begin(threshold_, removed_, intact_stiffness_);
-  const State state = referee().decide(next);
+  const State state = ask_referee(next);
   complaint_ = referee().complaint();
   intact_stiffness_ = referee().intact_stiffness();
   counts_.refereed += state == State::carrying ? 1 : 0;
   return state;
 }
 
-/// Of all motions with u[plate] = 1 equilibrium has the least energy, F: what a strategy offers bounds F from above.
-bool Equilibrium::has_no_energy() {
-  r_.resize(static_cast<std::size_t>(network_.unknowns));
-  if (intact_stiffness_ == 0 || !move_plate(r_)) return false;
-  double energy = 0;
-  for (BondId e = 0; e < network_.bonds(); ++e) {
-    const double stretch = broken_[e] == 0 ? elongation(network_, e, r_) : 0;
-    energy += network_.stiffness[e] * stretch * stretch;
-  }
-  return energy <= kFailedStiffness * intact_stiffness_;
+/// Pivots of a soft network are no factor to lend.
+State Equilibrium::ask_referee(Critical& next) {
+  return referee().decide(next, soft_ ? nullptr : held_factor());
 }
 
 /// The strategy found nothing that carries, or too little for double, or gave up: the end of the network, or its own?
 State Equilibrium::confirm_end(Critical& next) {
   const std::string why = complaint_;
-  if (why.empty() && has_no_energy()) return State::failed;
   if (why.empty()) return hand_over(next);
   ++counts_.confirmations;
   const State state = consult(next);

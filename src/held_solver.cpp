@@ -12,8 +12,13 @@ namespace {
 
 /// Refinement ends when the corrections still to come, if they go on shrinking as the last ones did, change no force by
 /// more than this fraction of the largest, and gives up when one doesn't halve the last, or after so many steps.
-constexpr double kConverged = 1e-24;
+constexpr double kConverged = 1e-18;
+constexpr double kConvergedWide = 1e-24;
 constexpr int kMostSteps = 60;
+/// Forces that balance what rounding leaves of the load are at most this multiple of it.
+constexpr double kForcePerLoad = 10;
+/// A force is taken to be in error by at most this multiple of the corrections still to come.
+constexpr double kErrorPerCorrection = 10;
 /// A force below this fraction of the load that stretches its bond by less than this fraction of the plate's
 /// displacement is what rounded positions and stiffnesses make of 0.
 constexpr double kNoForce = 1e-14;
@@ -44,14 +49,19 @@ double largest_of(std::span<const double> x) {
 HeldSolver::HeldSolver(const Network& network, PhaseTimes& times)
     : network_(network),
       times_(times),
-      matrix_(network),
       bonds_(make_quad_bonds(network, network_order(network))),
+      twice_(network, bonds_),
       gone_(network.bonds(), 0),
-      v_(static_cast<std::size_t>(network.unknowns)),
-      r_(v_.size()),
+      high_(static_cast<std::size_t>(network.unknowns)),
+      low_(high_.size()),
       force_(network.bonds()),
-      load_(v_.size()),
-      step_(v_.size()) {}
+      load_(high_.size()),
+      step_(high_.size()) {}
+
+NetworkMatrix& HeldSolver::matrix() {
+  if (!matrix_) matrix_ = std::make_unique<NetworkMatrix>(network_);
+  return *matrix_;
+}
 
 /// K without the broken bonds, and without what couples the plate to the rest.
 bool HeldSolver::factor(std::span<const std::uint8_t> broken) {
@@ -60,9 +70,9 @@ bool HeldSolver::factor(std::span<const std::uint8_t> broken) {
   for (BondId e = 0; e < network_.bonds(); ++e) {
     if (gone_[e] != broken[e] && network_.can_stretch(e)) changed.push_back(e);
   }
-  matrix_.update(changed, broken);
+  matrix().update(changed, broken);
   std::ranges::copy(broken, gone_.begin());
-  const MatrixRows view(matrix_.get());
+  const MatrixRows view(matrix().get());
   const SymmetricRows K = view.rows();
   value_.assign(K.value, K.value + K.start[K.n]);
   for (int row = 0; row < K.n; ++row) {
@@ -76,11 +86,105 @@ bool HeldSolver::factor(std::span<const std::uint8_t> broken) {
   return factor_->factor(held);
 }
 
-HeldSolver::Outcome HeldSolver::solve(std::span<const std::uint8_t> broken, double none) {
-  // a bond that carries force holds no motion alone: breaks make no new free one
-  if (!factor(broken) || factor_->pinned().size() > free_motions_) return Outcome::vague;
+/// A bond that carries force holds no motion alone: breaks make no new free one.
+bool HeldSolver::holds(std::span<const std::uint8_t> broken) {
+  return factor(broken) && factor_->pinned().size() <= free_motions_;
+}
+
+HeldSolver::Outcome HeldSolver::solve_by(HeldFactor& own, std::span<const std::uint8_t> broken, double none) {
+  if (!own.move_plate(high_) || own.held_pins() > free_motions_) return Outcome::vague;
   const PhaseScope scope(times_, Phase::solve);
-  return refine(broken, none);
+  // of all motions that move the plate equilibrium has the least energy, F
+  if (energy_of(broken, high_) <= none) return Outcome::loose;
+  return refine(broken, none, [&own](std::span<const double> load, std::span<double> x) {
+    return own.solve_held(load, x);
+  });
+}
+
+HeldSolver::Outcome HeldSolver::solve(std::span<const std::uint8_t> broken, double none, HeldFactor* own) {
+  if (own != nullptr) {
+    const Outcome outcome = solve_by(*own, broken, none);
+    if (outcome != Outcome::vague) return outcome;
+  }
+  if (!holds(broken)) return Outcome::vague;
+  const PhaseScope scope(times_, Phase::solve);
+  std::ranges::fill(high_, 0.0);
+  high_[network_.plate] = 1;
+  return refine(broken, none, [this](std::span<const double> load, std::span<double> x) {
+    factor_->solve(load, x);
+    return true;
+  });
+}
+
+HeldSolver::Outcome HeldSolver::solve_wide(std::span<const std::uint8_t> broken, double none) {
+  if (!holds(broken)) return Outcome::vague;
+  const PhaseScope scope(times_, Phase::solve);
+  return refine_wide(broken, none);
+}
+
+double HeldSolver::energy_of(std::span<const std::uint8_t> broken, std::span<const double> u) const {
+  double energy = 0;
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    const double stretch = broken[e] == 0 ? elongation(network_, e, u) : 0;
+    energy += network_.stiffness[e] * stretch * stretch;
+  }
+  return energy;
+}
+
+/// In any force, by step_.
+double HeldSolver::largest_change(std::span<const std::uint8_t> broken) const {
+  double change = 0;
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (broken[e] == 0) {
+      change = std::max(change, network_.stiffness[e] * std::abs(elongation(network_, e, step_)));
+    }
+  }
+  return change;
+}
+
+/// From high_ on. A step's own change of forces and F is taken in double: it is smaller than they by all the digits that
+/// double has, when it is the last.
+template <class Solve>
+HeldSolver::Outcome HeldSolver::refine(std::span<const std::uint8_t> broken, double none, Solve solve) {
+  std::ranges::fill(low_, 0.0);
+  double last = 0;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const TwiceSums sums = twice_.fill(broken, high_, low_, load_, force_);
+    if (i == 0) last = sums.terms;  // what equilibrium has changed since nothing but the plate had moved
+    if (sums.energy <= none) return Outcome::loose;
+    load_[network_.plate] = 0;
+    if (!solve(load_, step_)) return Outcome::vague;
+    const double change = largest_change(broken);
+    for (std::size_t j = 0; j < high_.size(); ++j) {
+      const double sum = high_[j] + step_[j];
+      const double part = sum - high_[j];
+      low_[j] += (high_[j] - (sum - part)) + (step_[j] - part);
+      high_[j] = sum;
+    }
+    const double shrinks = change / last;
+    last = change;
+    if (i > 0 && !(shrinks < 0.5)) return Outcome::vague;
+    // a motion too stiff in the factor gets the same small step again and again: only the second one shows it
+    if (i == 0 || !(change * shrinks <= kConverged * sums.largest)) continue;
+    stiffness_ = sums.energy - std::inner_product(load_.begin(), load_.end(), step_.begin(), 0.0);
+    if (stiffness_ <= none) return Outcome::loose;
+    take_forces(broken, change * shrinks, sums.terms);
+    return Outcome::solved;
+  }
+  return Outcome::vague;
+}
+
+void HeldSolver::take_forces(std::span<const std::uint8_t> broken, double error, double terms) {
+  const double rounding =
+      kForcePerLoad * std::sqrt(static_cast<double>(high_.size())) * TwiceBonds::kRounding;
+  uncertain_ = (kErrorPerCorrection * error + rounding * terms) / stiffness_;
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (broken[e] != 0) continue;
+    const double force = force_[e] + network_.stiffness[e] * elongation(network_, e, step_);
+    const double stretch = force / network_.stiffness[e];
+    const bool carries = std::abs(force) > kNoForce * stiffness_ || std::abs(stretch) > kNoForce;
+    force_[e] = carries ? force / stiffness_ : 0;
+  }
 }
 
 /// load_ = -K v_ from the bonds, 0 at the plate; the energy of v_ and its largest force on the way.
@@ -102,24 +206,20 @@ void HeldSolver::fill_load(std::span<const std::uint8_t> broken) {
   std::ranges::transform(r_, load_.begin(), [](Quad x) { return static_cast<double>(x); });
 }
 
-HeldSolver::Outcome HeldSolver::refine(std::span<const std::uint8_t> broken, double none) {
-  std::ranges::fill(v_, Quad(0));
+HeldSolver::Outcome HeldSolver::refine_wide(std::span<const std::uint8_t> broken, double none) {
+  v_.assign(high_.size(), Quad(0));
+  r_.resize(high_.size());
   v_[network_.plate] = 1;
   double last = 0;
   for (int i = 0; i < kMostSteps; ++i) {
     fill_load(broken);
     if (energy_ <= none) return Outcome::loose;
     factor_->solve(load_, step_);
-    double change = 0;
-    for (BondId e = 0; e < network_.bonds(); ++e) {
-      if (broken[e] == 0) {
-        change = std::max(change, network_.stiffness[e] * std::abs(elongation(network_, e, step_)));
-      }
-    }
+    const double change = largest_change(broken);
     for (std::size_t j = 0; j < v_.size(); ++j) v_[j] += step_[j];
     const double shrinks = i == 0 ? 1 : change / last;
     if (i > 0 && !(shrinks < 0.5)) return Outcome::vague;
-    if (i > 0 && change * shrinks <= kConverged * largest_) {
+    if (i > 0 && change * shrinks <= kConvergedWide * largest_) {
       note_forces(broken);
       return stiffness_ <= none ? Outcome::loose : Outcome::solved;
     }
@@ -130,18 +230,21 @@ HeldSolver::Outcome HeldSolver::refine(std::span<const std::uint8_t> broken, dou
 
 void HeldSolver::note_forces(std::span<const std::uint8_t> broken) {
   fill_load(broken);
-  stiffness_ = energy_;
+  stiffness_ = static_cast<double>(energy_);
+  uncertain_ = kErrorPerCorrection * kConvergedWide * largest_ / stiffness_;
   for (BondId e = 0; e < network_.bonds(); ++e) {
     force_[e] = 0;
     if (broken[e] != 0 || !network_.can_stretch(e)) continue;
     const Quad stretch = bonds_.stretch(e, v_);
-    const Quad force = network_.stiffness[e] * stretch / stiffness_;
-    if (magnitude(force) > kNoForce || magnitude(stretch) > kNoForce) force_[e] = force;
+    const Quad force = network_.stiffness[e] * stretch / energy_;
+    const bool carries = magnitude(force) > kNoForce || magnitude(stretch) > kNoForce;
+    if (carries) force_[e] = static_cast<double>(force);
   }
+  for (std::size_t j = 0; j < v_.size(); ++j) high_[j] = static_cast<double>(v_[j]);
 }
 
 void HeldSolver::get_displacements(std::span<double> u) const {
-  std::ranges::transform(v_, u.begin(), [this](Quad x) { return static_cast<double>(x / stiffness_); });
+  std::ranges::transform(high_, u.begin(), [this](double x) { return x / stiffness_; });
 }
 
 bool HeldSolver::is_free(std::span<const double> motion) const {

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstddef>
@@ -47,15 +48,21 @@ void start_light() {
   setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
 }
 
-bool threads_wanted() {
-  return std::getenv("OPENBLAS_NUM_THREADS") != nullptr || std::getenv("OMP_NUM_THREADS") != nullptr;
+/// What the user says of their number; 0: nothing.
+int threads_named() {
+  int most = 0;
+  for (const char* variable : {"OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"}) {
+    const char* const number = std::getenv(variable);
+    if (number != nullptr) most = std::max({most, std::atoi(number), 1});
+  }
+  return most;
 }
 
 /// OpenBLAS makes its threads, of 128 MiB each, before main. Where address space is limited the program begins again with
 /// one, before they have taken it.
 void begin_again_where_space_is_limited(char** argv) {
   rlimit limit{};
-  if (openblas_set_num_threads == nullptr || threads_wanted()) return;
+  if (openblas_set_num_threads == nullptr || threads_named() > 0) return;
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
   setenv("OPENBLAS_NUM_THREADS", "1", 1);
   execv("/proc/self/exe", argv);
@@ -106,9 +113,9 @@ PetscLogStage register_stage(const char* name) {
 Session::Session(int& argc, char**& argv, const char* help) {
   start_light();
   begin_again_where_space_is_limited(argv);
-  if (openblas_set_num_threads != nullptr && !threads_wanted()) openblas_set_num_threads(1);
+  if (openblas_set_num_threads != nullptr && threads_named() <= 1) openblas_set_num_threads(1);
   // CHOLMOD asks for four threads whatever the number set; its loops are too short for any
-  if (omp_set_max_active_levels != nullptr && !threads_wanted()) omp_set_max_active_levels(0);
+  if (omp_set_max_active_levels != nullptr && threads_named() <= 1) omp_set_max_active_levels(0);
   make_sure_of_memory();
   // Before PETSc starts, as an options file may be missing; never popped, as PETSc may have changed its
   // malloc.

@@ -1,12 +1,20 @@
 #include "crackle/referee.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "crackle/equilibrium_quad.hpp"
 #include "crackle/error.hpp"
 #include "crackle/wide_criterion.hpp"
 
 namespace crackle {
+
+namespace {
+
+/// A ratio is known when its error is below this part of it.
+constexpr double kKnown = 1e-14;
+
+}  // namespace
 
 Referee::Referee(const Network& network, BreakOn break_on, PhaseTimes& times)
     : network_(network),
@@ -35,18 +43,18 @@ void Referee::remove(BondId bond) {
   if (in_quad_) quad_->remove(bond);
 }
 
-State Referee::decide(Critical& next) {
+State Referee::decide(Critical& next, HeldFactor* own) {
   if (in_quad_) return decide_wide(next);
-  const double whole = intact_stiffness_ > 0 ? intact_stiffness_ : network_.plate_diagonal;
-  switch (held_.solve(broken_, kFailedStiffness * whole)) {
-    case HeldSolver::Outcome::solved:
-      return judge(next);
-    case HeldSolver::Outcome::loose:
-      return State::failed;
-    case HeldSolver::Outcome::vague:
-      break;
+  const double none =
+      kFailedStiffness * (intact_stiffness_ > 0 ? intact_stiffness_ : network_.plate_diagonal);
+  HeldSolver::Outcome outcome = held_.solve(broken_, none, own);
+  if (outcome == HeldSolver::Outcome::solved) {
+    const State state = judge(next);
+    if (state == State::held || is_sure(next)) return state;
+    outcome = held_.solve_wide(broken_, none);
+    if (outcome == HeldSolver::Outcome::solved) return judge(next);
   }
-  return decide_wide(next);
+  return outcome == HeldSolver::Outcome::loose ? State::failed : decide_wide(next);
 }
 
 State Referee::judge(Critical& next) {
@@ -54,6 +62,20 @@ State Referee::judge(Critical& next) {
   next.stiffness = held_.stiffness();
   if (intact_stiffness_ == 0) intact_stiffness_ = next.stiffness;
   return find_largest_ratio(held_.force(), threshold_, break_on_, next) ? State::carrying : State::held;
+}
+
+/// The ratio of every bond that may have the largest is known far better than ties are told.
+bool Referee::is_sure(const Critical& next) const {
+  const auto force = held_.force();
+  const double known = kKnown / next.load;
+  const double contends = (1 - 2 * kTie) / next.load;
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (threshold_[e] == 0 && held_.uncertain() <= kKnown * std::abs(force[e])) continue;
+    const double uncertain = held_.uncertain() / std::abs(threshold_[e]);
+    const double ratio = wide_ratio(force[e], threshold_[e], break_on_);
+    if (!(uncertain <= known) && !(ratio + uncertain < contends)) return false;
+  }
+  return true;
 }
 
 State Referee::decide_wide(Critical& next) {
@@ -82,9 +104,7 @@ std::span<const double> Referee::displacements() {
 
 std::vector<double> Referee::forces() const {
   if (in_quad_) return quad_->forces();
-  std::vector<double> force(held_.force().size());
-  std::ranges::transform(held_.force(), force.begin(), [](Quad f) { return static_cast<double>(f); });
-  return force;
+  return {held_.force().begin(), held_.force().end()};
 }
 
 }  // namespace crackle

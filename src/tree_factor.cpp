@@ -67,8 +67,39 @@ void TreeFactor::restore() {
 
 void TreeFactor::move_plate(double plate, std::span<double> u) const {
   std::vector<double> x(tree_.positions());
-  std::vector<double> boundary;
   x.back() = plate;
+  substitute_back(x);
+  std::ranges::fill(u, 0.0);
+  for (Position at = 0; at < tree_.positions(); ++at) u[tree_.dof[at]] = x[at];
+}
+
+void TreeFactor::solve_held(std::span<const double> load, std::span<double> x) const {
+  std::vector<double> y(tree_.positions());
+  std::vector<double> boundary;
+  for (Position at = 0; at < tree_.positions(); ++at) y[at] = load[tree_.dof[at]];
+  for (FrontId f = 0; f + 1 < tree_.fronts(); ++f) {
+    const Front& front = tree_.front[f];
+    const double* entries = entries_.data() + front.block;
+    double* own = y.data() + front.first;
+    cblas_dtrsv(CblasColMajor, CblasLower, CblasNoTrans, CblasUnit, front.pivots, entries, front.stride, own,
+                1);
+    if (front.boundary == 0) continue;
+    boundary.assign(front.boundary, 0.0);
+    cblas_dgemv(CblasColMajor, CblasNoTrans, front.boundary, front.pivots, 1.0, entries + front.pivots,
+                front.stride, own, 1, 0.0, boundary.data(), 1);
+    const auto rows = tree_.boundary(f);
+    for (int i = 0; i < front.boundary; ++i) y[rows[i]] -= boundary[i];
+  }
+  for (Position at = 0; at < tree_.positions(); ++at) y[at] *= inverse_[at];
+  y.back() = 0;
+  substitute_back(y);
+  std::ranges::fill(x, 0.0);
+  for (Position at = 0; at < tree_.positions(); ++at) x[tree_.dof[at]] = y[at];
+}
+
+/// x, by positions, becomes L^-T x.
+void TreeFactor::substitute_back(std::span<double> x) const {
+  std::vector<double> boundary;
   for (FrontId f = tree_.fronts() - 2; f >= 0; --f) {
     const Front& front = tree_.front[f];
     const double* entries = entries_.data() + front.block;
@@ -77,17 +108,16 @@ void TreeFactor::move_plate(double plate, std::span<double> u) const {
     for (const Position at : tree_.boundary(f)) boundary.push_back(x[at]);
     if (front.boundary > 0) {
       cblas_dgemv(CblasColMajor, CblasTrans, front.boundary, front.pivots, -1.0, entries + front.pivots,
-                  front.stride, boundary.data(), 1, 0.0, own, 1);
+                  front.stride, boundary.data(), 1, 1.0, own, 1);
     }
     cblas_dtrsv(CblasColMajor, CblasLower, CblasTrans, CblasUnit, front.pivots, entries, front.stride, own,
                 1);
   }
-  std::ranges::fill(u, 0.0);
-  for (Position at = 0; at < tree_.positions(); ++at) u[tree_.dof[at]] = x[at];
 }
 
 double TreeFactor::downdate(std::span<const BondId> bonds) {
   double smallest = 1;
+  held_slack_ = 1;
   for (std::size_t done = 0; done < bonds.size(); done += kLanes) {
     smallest = std::min(
         smallest, downdate_lanes(bonds.subspan(done, std::min<std::size_t>(kLanes, bonds.size() - done))));
@@ -106,7 +136,11 @@ double TreeFactor::downdate_lanes(std::span<const BondId> bonds) {
   }
   std::ranges::fill(slack_, 1.0);
   find_path(tree_, bonds_, sorted_, on_path_, path_);
-  for (const FrontId f : path_) downdate_front(f);
+  for (const FrontId f : path_) {
+    // all that is left is the plate
+    if (f + 1 == tree_.fronts()) held_slack_ = std::min(held_slack_, *std::ranges::min_element(slack_));
+    downdate_front(f);
+  }
   const double smallest = *std::ranges::min_element(slack_);
   return std::isfinite(smallest) ? smallest : 0;
 }

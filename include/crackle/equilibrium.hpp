@@ -105,6 +105,7 @@ inline constexpr double kTinyElongation = 1e-6;
 /// Breaks between two looks at the residual, while it is not doubtful.
 inline constexpr std::int64_t kTrustEvery = 128;
 
+class HeldFactor;
 class Referee;
 
 class Equilibrium {
@@ -175,9 +176,8 @@ class Equilibrium {
   /// The smallest pivot of the intact network's factor over its diagonal entry, the plate's left out, pinned ones
   /// included; NaN where the solver doesn't tell. Asked once, before the first search.
   [[nodiscard]] virtual double smallest_pivot();
-  /// After `failed`: any displacements with u[plate] = 1, as near to equilibrium as the factor goes (size: unknowns).
-  /// False: none to be had.
-  [[nodiscard]] virtual bool move_plate(std::span<double> /*u*/) { return false; }
+  /// What the strategy can lend the Referee; null: nothing.
+  [[nodiscard]] virtual HeldFactor* held_factor() { return nullptr; }
   virtual bool renew() = 0;     ///< the next search starts from a new factor; false: K is singular
   virtual void do_reset() = 0;  ///< broken() and threshold() are the new sample's already
   virtual void do_remove(BondId bond) = 0;  ///< broken()[bond] is 1 already
@@ -207,7 +207,7 @@ class Equilibrium {
   [[nodiscard]] State confirm_end(Critical& next);
   [[nodiscard]] State hand_over(Critical& next);
   [[nodiscard]] State consult(Critical& next);
-  [[nodiscard]] bool has_no_energy();
+  [[nodiscard]] State ask_referee(Critical& next);
   [[nodiscard]] bool is_soft();
   [[nodiscard]] bool has_softened(const Critical& next);
   [[nodiscard]] bool is_tiny(const Critical& next) const;

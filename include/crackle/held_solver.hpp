@@ -1,7 +1,8 @@
-/// The network with its plate moved by 1: displacements in 113 bits, refined by a factor in double.
+/// The network with its plate moved by 1: displacements beyond double, refined by a factor in double.
 ///
 /// With the plate held, K keeps its digits to the last break: what goes to 0 at failure is F, which is here the energy
-/// of the displacements, an upper bound that their error enters squared. Residuals are the bonds' own, in 113 bits.
+/// of the displacements, an upper bound that their error enters squared. Residuals are the bonds' own, in twice the
+/// digits of double, and in 113 bits where that doesn't tell.
 /// Source of refinement: C. B. Moler, J. ACM 14 (1967) 316.
 #pragma once
 
@@ -15,8 +16,29 @@
 #include "crackle/network_matrix.hpp"
 #include "crackle/phase.hpp"
 #include "crackle/quad_bonds.hpp"
+#include "crackle/twice_bonds.hpp"
 
 namespace crackle {
+
+/// A strategy's own factor of the network as it is now, its plate held: spares HeldSolver one from scratch.
+class HeldFactor {
+ public:
+  HeldFactor() = default;
+  virtual ~HeldFactor() = default;
+  HeldFactor(const HeldFactor&) = delete;
+  HeldFactor& operator=(const HeldFactor&) = delete;
+
+  /// A break that was decided without the strategy.
+  virtual void follow(BondId bond) = 0;
+  /// Equilibrium at u[plate] = 1 (size: unknowns), as near as the factor goes. False: the factor is no use.
+  [[nodiscard]] virtual bool move_plate(std::span<double> u) = 0;
+  /// After move_plate: x = K^-1 load with the plate at 0, whatever the load there (size: unknowns each). False: it can't.
+  [[nodiscard]] virtual bool solve_held(std::span<const double> /*load*/, std::span<double> /*x*/) {
+    return false;
+  }
+  /// Unknowns pinned in it.
+  [[nodiscard]] virtual std::size_t held_pins() const = 0;
+};
 
 /// Where a network hardly resists.
 struct SoftSpot {
@@ -38,12 +60,17 @@ class HeldSolver {
 
   /// Without the bonds for which broken[e] != 0 (size M). none: an F up to this is 0. Where K has null pivots it is vague
   /// unless find_soft_spot has found them to be free motions.
-  [[nodiscard]] Outcome solve(std::span<const std::uint8_t> broken, double none);
+  /// own: a factor to use before one from scratch; null: none.
+  [[nodiscard]] Outcome solve(std::span<const std::uint8_t> broken, double none, HeldFactor* own);
+  /// The same in 113 bits.
+  [[nodiscard]] Outcome solve_wide(std::span<const std::uint8_t> broken, double none);
 
   // Of the last state that was solved:
-  [[nodiscard]] double stiffness() const { return static_cast<double>(stiffness_); }  ///< F
+  [[nodiscard]] double stiffness() const { return stiffness_; }  ///< F
   /// [M] at unit plate load; 0 for what carries nothing.
-  [[nodiscard]] std::span<const Quad> force() const { return force_; }
+  [[nodiscard]] std::span<const double> force() const { return force_; }
+  /// A force may be in error by this beyond a rounding of its own. The load is 1.
+  [[nodiscard]] double uncertain() const { return uncertain_; }
   void get_displacements(std::span<double> u) const;  ///< at unit plate load; size of u: unknowns
 
   /// Of the intact network with its plate held: the smallest pivot below `least` of its diagonal entry that belongs to
@@ -51,9 +78,17 @@ class HeldSolver {
   [[nodiscard]] SoftSpot find_soft_spot(double least);
 
  private:
+  [[nodiscard]] NetworkMatrix& matrix();
   [[nodiscard]] bool factor(std::span<const std::uint8_t> broken);
-  [[nodiscard]] Outcome refine(std::span<const std::uint8_t> broken, double none);
+  [[nodiscard]] bool holds(std::span<const std::uint8_t> broken);
+  [[nodiscard]] Outcome solve_by(HeldFactor& own, std::span<const std::uint8_t> broken, double none);
+  template <class Solve>
+  [[nodiscard]] Outcome refine(std::span<const std::uint8_t> broken, double none, Solve solve);
+  [[nodiscard]] Outcome refine_wide(std::span<const std::uint8_t> broken, double none);
+  [[nodiscard]] double energy_of(std::span<const std::uint8_t> broken, std::span<const double> u) const;
+  [[nodiscard]] double largest_change(std::span<const std::uint8_t> broken) const;
   void fill_load(std::span<const std::uint8_t> broken);
+  void take_forces(std::span<const std::uint8_t> broken, double error, double terms);
   void note_forces(std::span<const std::uint8_t> broken);
   [[nodiscard]] bool is_free(std::span<const double> motion) const;
   [[nodiscard]] double energy(std::span<const double> motion) const;
@@ -62,17 +97,19 @@ class HeldSolver {
 
   const Network& network_;
   PhaseTimes& times_;
-  NetworkMatrix matrix_;
   QuadBonds bonds_;
-  std::unique_ptr<CholmodFactor> factor_;
-  std::vector<std::uint8_t> gone_;  ///< [M] bonds that matrix_ is without
-  std::vector<double> value_;       ///< K's, the plate held
-  std::vector<Quad> v_;             ///< [n]
-  std::vector<Quad> r_;             ///< [n]
-  std::vector<Quad> force_;         ///< [M]
-  std::vector<double> load_, step_;
+  TwiceBonds twice_;
+  std::unique_ptr<NetworkMatrix> matrix_;  ///< made when a factor from scratch is first needed
+  std::unique_ptr<CholmodFactor> factor_;  ///< the same
+  std::vector<std::uint8_t> gone_;         ///< [M] bonds that matrix_ is without
+  std::vector<double> value_;              ///< K's, the plate held
+  std::vector<double> high_, low_;         ///< [n] displacements at unit plate displacement, summed
+  std::vector<double> force_;              ///< [M]
+  std::vector<double> load_, step_;        ///< [n]
+  std::vector<Quad> v_, r_;       ///< [n] displacements and what they leave, in 113 bits; empty until needed
   std::size_t free_motions_ = 0;  ///< null pivots of the intact network that find_soft_spot has found free
-  Quad stiffness_ = 0;
+  double stiffness_ = 0;
+  double uncertain_ = 0;
   Quad energy_ = 0;     ///< of v_, at the last fill_load
   double largest_ = 0;  ///< force of v_, at the last fill_load
 };

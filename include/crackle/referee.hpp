@@ -1,7 +1,8 @@
 /// Decides the next break where double precision can't: slower, and as accurate as the network's own data.
 ///
-/// First by refinement in 113 bits with a factor in double (HeldSolver); where that doesn't converge, by a factor in 113
-/// bits (`-equilibrium quad`), to the end of the sample. What it says follows from thresholds and broken bonds alone.
+/// First by refinement with a factor in double (HeldSolver), in twice the digits of double, then in 113 bits; where that
+/// doesn't converge, by a factor in 113 bits (`-equilibrium quad`), to the end of the sample. What it says follows from
+/// thresholds and broken bonds, to the rounding of one double, whichever factor it has been lent.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +31,8 @@ class Referee {
   /// ones. intact_stiffness: 0 when not known yet, and none is broken.
   void begin(std::span<const double> threshold, std::span<const BondId> bonds, double intact_stiffness);
   void remove(BondId bond);
-  /// The rules of Equilibrium. `unsolved` with a complaint.
-  [[nodiscard]] State decide(Critical& next);
+  /// The rules of Equilibrium. `unsolved` with a complaint. own: a factor of the strategy's; null: none.
+  [[nodiscard]] State decide(Critical& next, HeldFactor* own);
 
   // Of the state decided last:
   [[nodiscard]] double intact_stiffness() const { return intact_stiffness_; }
@@ -42,6 +43,7 @@ class Referee {
  private:
   [[nodiscard]] State decide_wide(Critical& next);
   [[nodiscard]] State judge(Critical& next);
+  [[nodiscard]] bool is_sure(const Critical& next) const;
 
   const Network& network_;
   BreakOn break_on_;

@@ -39,11 +39,15 @@ class TreeFactor {
   /// Removes bonds, none of them twice. Returns the smallest slack 1 - g_e^T K^-1 g_e among them, each with
   /// the earlier ones gone; 0 or below: the factor is no use any more, factorize before it is used again.
   [[nodiscard]] double downdate(std::span<const BondId> bonds);
+  /// The same of the last call, had the plate been held: F, on its way to 0, left out.
+  [[nodiscard]] double held_slack() const { return held_slack_; }
 
   /// K u = e_plate by back-substitution alone, one right-hand side. u: [n], idle slots 0.
   void solve_plate(std::span<double> u) const { move_plate(inverse_.back(), u); }
   /// The same with u[plate] given: also where F is lost in rounding.
   void move_plate(double plate, std::span<double> u) const;
+  /// x = K^-1 load with the plate held at 0, whatever the load there: also where F is lost. [n] each.
+  void solve_held(std::span<const double> load, std::span<double> x) const;
 
   [[nodiscard]] FrontBlock block(FrontId f) const {
     const Front& front = tree_.front[f];
@@ -77,6 +81,7 @@ class TreeFactor {
  private:
   template <class Copy>
   void for_each_column(Copy copy);
+  void substitute_back(std::span<double> x) const;
   double downdate_lanes(std::span<const BondId> bonds);
   void downdate_front(FrontId f);
 
@@ -102,6 +107,7 @@ class TreeFactor {
   std::span<double> rows_;             // the scratch; lane j: what bond j's vector has become
   AlignedVector columns_;              // [largest stride * kLanes] the same over one front, by columns
   std::vector<double> slack_;          // [kLanes]
+  double held_slack_ = 1;
 };
 
 }  // namespace crackle

@@ -76,6 +76,33 @@ TEST(TreeFactor, SolvesLikeADenseMatrix) {
   }
 }
 
+TEST(TreeFactor, SolvesWithThePlateHeld) {
+  for (const test::NamedNetwork& named : test::triangular_networks(6)) {
+    SCOPED_TRACE(named.name);
+    const Factors made(named.network);
+    const auto n = static_cast<std::size_t>(named.network.unknowns);
+    std::vector<double> load(n);
+    draw_uniform_thresholds(4, 2, load);
+    for (const Dof slot : named.network.idle) load[slot] = 0;
+    std::vector<double> x(n, -1.0);
+    made.factor.solve_held(load, x);
+    EXPECT_EQ(x[named.network.plate], 0);
+    std::vector<double> left(n);
+    const std::vector<std::uint8_t> none(named.network.bonds(), 0);
+    residual(named.network, none, x, left);  // e_plate - K x
+    left[named.network.plate] = load[named.network.plate] = 0;
+    for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(-left[i], load[i], 1e-12) << i;
+  }
+}
+
+TEST(TreeFactor, TheHeldSlackLeavesFOut) {
+  const Network network = test::chain(2);
+  Factors made(network);
+  const double slack = made.factor.downdate(std::vector<BondId>{0});
+  EXPECT_NEAR(slack, 0, 1e-15) << "F has gone";
+  EXPECT_NEAR(made.factor.held_slack(), 0.5, 1e-15) << "the middle node still hangs on the other bond";
+}
+
 TEST(TreeFactor, IsAfterEveryRemovalWhatAFreshFactorizationIs) {
   for (const test::NamedNetwork& named : test::triangular_networks(5)) {
     for (const TreeKernels* kernels : tree_kernels()) {
