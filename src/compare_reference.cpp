@@ -239,13 +239,18 @@ void Reference::solve_refined() {
   state_.critical.stiffness = stiffness;
   state_.largest_force = 0;
   std::vector<long double> force(threshold_.size(), 0.0L);
+  long double energy = 0;
   for (BondId e = 0; e < network_.bonds(); ++e) {
     const bool there = broken_[e] == 0 && network_.can_stretch(e);
     const long double length = there ? stretch(network_, e, u) : 0.0L;
-    state_.force[e] = static_cast<double>(network_.stiffness[e] * length);
+    const long double pull = network_.stiffness[e] * length;
+    energy += pull * length;
+    state_.force[e] = static_cast<double>(pull);
     state_.largest_force = std::max(state_.largest_force, std::abs(state_.force[e]));
-    if (std::abs(length) > kNoElongation * plate) force[e] = network_.stiffness[e] * length;
+    if (std::abs(length) > kNoElongation * plate || std::abs(pull) > kNoForce) force[e] = pull;
   }
+  // whatever u is worth: of all motions of the plate equilibrium has the least energy
+  if (energy <= kFailedStiffness * intact_stiffness_ * plate * plate) return;
   if (find_largest_ratio<long double>(force, threshold_, break_on_, state_.critical)) {
     state_.state = State::carrying;
   }

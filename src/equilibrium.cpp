@@ -18,10 +18,12 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
+/// A threshold below this part of the largest finite one is slight.
+constexpr double kSlightThreshold = 1e-4;
 /// Thresholds whose largest is within these powers of two are left as they are.
 constexpr int kMostExponent = 400;
 
-/// ratio[e] = f_e / t_e, or its magnitude; 0 for what is below `smallest` elongation. Returns the largest.
+/// ratio[e] = f_e / t_e, or its magnitude; 0 for what is below `smallest` elongation and kNoForce. Returns the largest.
 template <int width, bool magnitude>
 double fill_ratios(const Network& network, std::span<const double> threshold, std::span<const double> u,
                    double smallest, std::span<double> ratio) {
@@ -32,7 +34,8 @@ double fill_ratios(const Network& network, std::span<const double> threshold, st
     double stretch = 0;
     for (int i = 0; i < width; ++i) stretch += value[i] * u[dof[i]];
     const double size = magnitude ? std::abs(stretch) : stretch;
-    ratio[e] = size > smallest ? network.stiffness[e] * size / threshold[e] : 0;
+    const double force = network.stiffness[e] * size;
+    ratio[e] = size > smallest || force > kNoForce ? force / threshold[e] : 0;
     largest = std::max(largest, ratio[e]);
   }
   return largest;
@@ -61,6 +64,11 @@ void Equilibrium::scale_thresholds(std::span<const double> threshold) {
     } else {
       threshold_[e] = (scale_ == 0 ? threshold[e] : std::ldexp(threshold[e], -scale_)) + 0.0;
     }
+  }
+  const double small = kSlightThreshold * std::ldexp(largest, -scale_);
+  slight_.clear();
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (threshold_[e] < small) slight_.push_back(e);
   }
 }
 

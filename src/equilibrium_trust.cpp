@@ -59,6 +59,7 @@ State Equilibrium::look(Critical& next) {
   if (state == State::failed) return confirm_end(next);
   if (state != State::carrying) return state;
   if (is_foreign() && has_softened(next)) return hand_over(next);
+  if (!iterates() && may_hide_one(next)) return consult(next);
   const bool looks = suspicious_ || is_foreign() || iterates() || broken % kTrustEvery == 0 ||
                      next.stiffness < kDoubtfulStiffness * intact_stiffness_ || is_tiny(next);
   return looks ? look_for_doubt(next) : state;
@@ -133,6 +134,15 @@ State Equilibrium::confirm_end(Critical& next) {
 bool Equilibrium::is_tiny(const Critical& next) const {
   const double force = threshold_[next.bond] / next.load;
   return !(force > kTinyElongation * network_.stiffness[next.bond] / next.stiffness);
+}
+
+/// Some bond would be critical if it carried a force that rounding of displacements may hide.
+bool Equilibrium::may_hide_one(const Critical& next) const {
+  const double per_stiffness = kHiddenElongation / next.stiffness;
+  return std::ranges::any_of(slight_, [&](BondId e) {
+    const double hidden = per_stiffness * network_.stiffness[e];
+    return broken_[e] == 0 && hidden > kHiddenForce && threshold_[e] <= hidden * next.load;
+  });
 }
 
 State Equilibrium::double_check(Critical& next) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "crackle/equilibrium.hpp"
 #include "crackle/matrix_rows.hpp"
 
 namespace crackle {
@@ -19,9 +20,6 @@ constexpr int kMostSteps = 60;
 constexpr double kForcePerLoad = 10;
 /// A force is taken to be in error by at most this multiple of the corrections still to come.
 constexpr double kErrorPerCorrection = 10;
-/// A force below this fraction of the load that stretches its bond by less than this fraction of the plate's
-/// displacement is what rounded positions and stiffnesses make of 0.
-constexpr double kNoForce = 1e-14;
 /// A motion that stretches no bond by more than this part of itself is free: rounding of directions, and of the motion.
 constexpr double kFreeStretch = 1e-12;
 /// A bond whose direction has a component below this, and above so many times what rounding of positions has turned
@@ -182,7 +180,7 @@ void HeldSolver::take_forces(std::span<const std::uint8_t> broken, double error,
     if (broken[e] != 0) continue;
     const double force = force_[e] + network_.stiffness[e] * elongation(network_, e, step_);
     const double stretch = force / network_.stiffness[e];
-    const bool carries = std::abs(force) > kNoForce * stiffness_ || std::abs(stretch) > kNoForce;
+    const bool carries = std::abs(force) > kNoForce * stiffness_ || std::abs(stretch) > kNoElongation;
     force_[e] = carries ? force / stiffness_ : 0;
   }
 }
@@ -237,7 +235,7 @@ void HeldSolver::note_forces(std::span<const std::uint8_t> broken) {
     if (broken[e] != 0 || !network_.can_stretch(e)) continue;
     const Quad stretch = bonds_.stretch(e, v_);
     const Quad force = network_.stiffness[e] * stretch / energy_;
-    const bool carries = magnitude(force) > kNoForce || magnitude(stretch) > kNoForce;
+    const bool carries = magnitude(force) > kNoForce || magnitude(stretch) > kNoElongation;
     if (carries) force_[e] = static_cast<double>(force);
   }
   for (std::size_t j = 0; j < v_.size(); ++j) high_[j] = static_cast<double>(v_[j]);

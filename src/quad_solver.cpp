@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "crackle/equilibrium.hpp"
+
 namespace crackle {
 
 namespace {
@@ -29,10 +31,6 @@ constexpr double kOpen = 100;
 constexpr double kOfItsTerms = 1e-6;
 constexpr double kSureRoundings = 1e8;
 constexpr double kOutweighs = 1e6;
-/// A force below this fraction of the load that stretches its bond by less than this fraction of the plate's
-/// displacement is what rounded positions and stiffnesses make of 0.
-constexpr double kNoForce = 1e-14;
-constexpr double kNoStretch = 1e-14;
 /// Refinement ends when a correction changes no force by more than this fraction of the largest, when it no longer
 /// halves, or after so many steps.
 constexpr double kConverged = 1e-26;
@@ -298,7 +296,7 @@ void QuadSolver::note_forces(double error) {
   }
   uncertain_ =
       std::max(kErrorPerCorrection * error * largest_force_, kErrorPerRounding * kRounding * rounded);
-  const Quad no_stretch = kNoStretch * u_.back();
+  const Quad no_stretch = kNoElongation * u_.back();
   for (BondId e = 0; e < network_.bonds(); ++e) {
     const Quad size = magnitude(force_[e]);
     if (size <= uncertain_ || (size < kNoForce && size < no_stretch * network_.stiffness[e])) force_[e] = 0;

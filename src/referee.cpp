@@ -70,7 +70,10 @@ bool Referee::is_sure(const Critical& next) const {
   const double known = kKnown / next.load;
   const double contends = (1 - 2 * kTie) / next.load;
   for (BondId e = 0; e < network_.bonds(); ++e) {
-    if (threshold_[e] == 0 && held_.uncertain() <= kKnown * std::abs(force[e])) continue;
+    // whether it carries anything is all that matters of a threshold of 0, and told for any other by what is none
+    const double size = std::abs(force[e]);
+    const bool told = held_.uncertain() <= kKnown * (size == 0 ? 1 : size);
+    if (told && (size == 0 || threshold_[e] == 0)) continue;
     const double uncertain = held_.uncertain() / std::abs(threshold_[e]);
     const double ratio = wide_ratio(force[e], threshold_[e], break_on_);
     if (!(uncertain <= known) && !(ratio + uncertain < contends)) return false;

@@ -85,7 +85,9 @@ struct KernelBody : SolveBody<Isa> {
       for (int i = 0; i < bond.width; ++i)
         size += bond.value[i] * at(x + static_cast<std::ptrdiff_t>(bond.row[i]) * kLanes + lane);
       if (bond.magnitude) size = magnitude_of(size);
-      at(ratio + lane) = size > at(least + lane) ? bond.stiffness * size / bond.threshold : Vec{};
+      const Vec force = bond.stiffness * size;
+      const auto carries = (size > at(least + lane)) | (force > bond.no_force);
+      at(ratio + lane) = carries ? force / bond.threshold : Vec{};
     }
   }
 

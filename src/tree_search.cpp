@@ -99,13 +99,18 @@ double TreeSearch::ratio(BondId e, int state) const {
   double elongation = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) elongation += values[i] * at(rows[i], state);
   const double size = magnitude_ ? std::abs(elongation) : elongation;
-  return size > kNoElongation * plate(state) ? network_.stiffness[e] * size / t : 0;
+  const double force = network_.stiffness[e] * size;
+  return size > kNoElongation * plate(state) || force > kNoForce ? force / t : 0;
 }
 
 void TreeSearch::ratios(BondId e, int groups, double* ratio) const {
-  const BondForce bond{bonds_.rows(e).data(), network_.bond_values(e).data(),
-                       network_.stiffness[e], threshold_[e],
-                       bonds_.width,          magnitude_};
+  const BondForce bond{bonds_.rows(e).data(),
+                       network_.bond_values(e).data(),
+                       network_.stiffness[e],
+                       threshold_[e],
+                       kNoForce,
+                       bonds_.width,
+                       magnitude_};
   for (int g = 0; g < groups; ++g) {
     kernels_.ratios(bond, x_[g].data(), least_.data() + g * kLanes, ratio + g * kLanes);
   }

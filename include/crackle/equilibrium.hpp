@@ -88,8 +88,10 @@ inline constexpr double kDoubtfulStiffness = 1e-4;
 inline constexpr double kSoftPivot = 1e-8;
 /// Ratios that differ by less than this fraction are equal: of those bonds the lowest BondId breaks.
 inline constexpr double kTie = 1e-11;
-/// An elongation below this multiple of the plate's displacement is rounding: the bond carries nothing.
+/// A bond carries nothing when its elongation is below this multiple of the plate's displacement and its force below
+/// this part of the load: what rounded positions and stiffnesses make of 0. (Of a stiff bond the first alone says nothing.)
 inline constexpr double kNoElongation = 1e-14;
+inline constexpr double kNoForce = 1e-14;
 
 /// A residual e_plate - K u above this (the load's norm is 1) may leave open which bond breaks: it is then looked at
 /// in every state. The forces that balance a load are bounded by it, whatever the stiffnesses (G. W. Stewart, Linear
@@ -102,6 +104,10 @@ inline constexpr double kForcePerResidual = 10;
 inline constexpr double kUncertainForce = 1e-8;
 /// A critical bond whose elongation is below this multiple of the plate's displacement has the residual looked at.
 inline constexpr double kTinyElongation = 1e-6;
+/// Rounding of displacements hides an elongation below this multiple of the plate's, and with it a force of so much times
+/// k / F: where that is more than kHiddenForce of the load, a bond with a threshold as small is the Referee's.
+inline constexpr double kHiddenElongation = 4e-15;
+inline constexpr double kHiddenForce = 1e-12;
 /// Breaks between two looks at the residual, while it is not doubtful.
 inline constexpr std::int64_t kTrustEvery = 128;
 
@@ -211,11 +217,14 @@ class Equilibrium {
   [[nodiscard]] bool is_soft();
   [[nodiscard]] bool has_softened(const Critical& next);
   [[nodiscard]] bool is_tiny(const Critical& next) const;
+  [[nodiscard]] bool may_hide_one(const Critical& next) const;
   [[nodiscard]] bool is_doubtful(const Critical& next);
   [[nodiscard]] Referee& referee();
   void scale_thresholds(std::span<const double> threshold);
 
   std::vector<BondId> removed_;  ///< since reset, in order
+  std::vector<BondId>
+      slight_;  ///< bonds with thresholds so small that a force which rounding hides may break them
   bool suspicious_ = false;      ///< the last residual was doubtful
   double last_residual_ = 0;     ///< what is_doubtful measured
   bool refereed_ = false;        ///< to the end of the sample: the strategy isn't told of breaks

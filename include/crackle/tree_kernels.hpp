@@ -41,6 +41,7 @@ struct BondForce {
   const double* value = nullptr;  ///< [width] b
   double stiffness = 0;
   double threshold = 0;
+  double no_force = 0;
   int width = 0;
   bool magnitude = true;  ///< of the elongation; otherwise compression is no force
 };
@@ -83,8 +84,8 @@ struct TreeKernels {
   /// above; NaN counts as nothing.
   double (*products)(const double* a, const double* b, int size, bool magnitude, double* product);
 
-  /// ratio[lane] = stiffness |value . x| / threshold for one bond (`bonds` is not used), 0 where |value . x| is not
-  /// above least[lane]; without magnitude: value . x.
+  /// ratio[lane] = stiffness |value . x| / threshold for one bond, 0 where neither |value . x| is above least[lane] nor
+  /// the force above no_force; without magnitude: value . x.
   void (*ratios)(const BondForce& bond, const double* x, const double* least, double* ratio);
 
   /// L D L^T -= w w^T for each of `count` vectors w (columns of `stride` doubles over the front's p + q rows,

@@ -51,6 +51,23 @@ TEST(EquilibriumQuad, BreaksTiesAndZeroThresholdsByNumber) {
   }
 }
 
+/// A bridge almost in balance: what flows through its stiff bond is far above rounding, what that stretches isn't.
+TEST(EquilibriumQuad, AndEveryStrategyBreakAStiffBondForAForceThatItsElongationHides) {
+  struct Bridge {
+    double stiffness, imbalance;
+  };
+  for (const Bridge bridge : {Bridge{1e5, 1e-9}, Bridge{1e3, 1e-11}, Bridge{1e4, 1e-12}, Bridge{1, 1e-9}}) {
+    SCOPED_TRACE(bridge.stiffness);
+    const Network network = test::fuses_between(4, {{0, 1}, {1, 3}, {0, 2}, {2, 3}, {1, 2}},
+                                                {1, 1, 1, 1 + bridge.imbalance, bridge.stiffness});
+    const Thresholds threshold{1, 1.1, 1.2, 1.3, 1e-100};
+    for (const char* strategy : {"quad", "tree", "ksp", "dense"}) {
+      const SampleRecord record = test::break_record(network, {.strategy = strategy}, threshold);
+      EXPECT_EQ(record.bond, (std::vector<BondId>{4, 0, 2})) << strategy;
+    }
+  }
+}
+
 TEST(EquilibriumQuad, BreaksDilutedNetworksAndCountsWhatIsFloppy) {
   for (const bool hanging : {true, false}) {
     const Network network = test::with_node_hanging(hanging);

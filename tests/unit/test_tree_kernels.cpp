@@ -196,14 +196,17 @@ TEST(TreeKernels, CompareABondsForceWithItsThreshold) {
     for (const int width : {2, 4}) {
       for (const bool magnitude : {false, true}) {
         SCOPED_TRACE(std::string(kernels->name) + " " + std::to_string(width));
-        AlignedVector ratio(kLanes, kNothing);
-        kernels->ratios({row.data(), value.data(), 3.0, 0.5, width, magnitude}, x.data(), least.data(),
-                        ratio.data());
-        for (int lane = 0; lane < kLanes; ++lane) {
-          double size = 0;
-          for (int i = 0; i < width; ++i) size += value[i] * x[row[i] * kLanes + lane];
-          if (magnitude) size = std::abs(size);
-          EXPECT_NEAR(ratio[lane], size > 0.2 ? 6 * size : 0, 1e-14) << lane;
+        for (const double no_force : {0.15, 100.0}) {
+          AlignedVector ratio(kLanes, kNothing);
+          kernels->ratios({row.data(), value.data(), 3.0, 0.5, no_force, width, magnitude}, x.data(),
+                          least.data(), ratio.data());
+          for (int lane = 0; lane < kLanes; ++lane) {
+            double size = 0;
+            for (int i = 0; i < width; ++i) size += value[i] * x[row[i] * kLanes + lane];
+            if (magnitude) size = std::abs(size);
+            const bool carries = size > 0.2 || 3 * size > no_force;
+            EXPECT_NEAR(ratio[lane], carries ? 6 * size : 0, 1e-14) << lane;
+          }
         }
       }
     }
