@@ -7,17 +7,17 @@
 #include <cstdio>
 #include <exception>
 
-#include "crackle/compare_file.hpp"
-#include "crackle/compare_run.hpp"
-#include "crackle/compare_scene.hpp"
-#include "crackle/compare_strategy.hpp"
-#include "crackle/compare_table.hpp"
-#include "crackle/interrupt.hpp"
-#include "crackle/option_files.hpp"
-#include "crackle/option_text.hpp"
-#include "crackle/petsc_handle.hpp"
-#include "crackle/preconditioner.hpp"
-#include "crackle/program.hpp"
+#include "crackle/base/interrupt.hpp"
+#include "crackle/base/option_files.hpp"
+#include "crackle/base/petsc_handle.hpp"
+#include "crackle/base/program.hpp"
+#include "crackle/compare/compare_file.hpp"
+#include "crackle/compare/compare_run.hpp"
+#include "crackle/compare/compare_scene.hpp"
+#include "crackle/compare/compare_strategy.hpp"
+#include "crackle/compare/compare_table.hpp"
+#include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/scene/option_text.hpp"
 
 namespace {
 

@@ -10,19 +10,19 @@
 #include <deque>
 #include <exception>
 
-#include "crackle/durable_file.hpp"
-#include "crackle/ensemble.hpp"
-#include "crackle/equilibrium_tree.hpp"
-#include "crackle/error.hpp"
-#include "crackle/interrupt.hpp"
-#include "crackle/network_file.hpp"
-#include "crackle/option_files.hpp"
-#include "crackle/option_text.hpp"
-#include "crackle/petsc_handle.hpp"
-#include "crackle/preconditioner.hpp"
-#include "crackle/program.hpp"
-#include "crackle/report.hpp"
-#include "crackle/scene.hpp"
+#include "crackle/base/durable_file.hpp"
+#include "crackle/base/error.hpp"
+#include "crackle/base/interrupt.hpp"
+#include "crackle/base/option_files.hpp"
+#include "crackle/base/petsc_handle.hpp"
+#include "crackle/base/program.hpp"
+#include "crackle/ensemble/ensemble.hpp"
+#include "crackle/ensemble/report.hpp"
+#include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/equilibrium/tree/equilibrium_tree.hpp"
+#include "crackle/network/network_file.hpp"
+#include "crackle/scene/option_text.hpp"
+#include "crackle/scene/scene.hpp"
 
 namespace {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "crackle/error.hpp"
-#include "crackle/interrupt.hpp"
-#include "crackle/program.hpp"
-#include "crackle/run_merge.hpp"
+#include "crackle/base/error.hpp"
+#include "crackle/base/interrupt.hpp"
+#include "crackle/base/program.hpp"
+#include "crackle/record/run_merge.hpp"
 
 namespace {
 

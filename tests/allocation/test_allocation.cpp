@@ -5,12 +5,12 @@
 #include <atomic>
 #include <cstdlib>
 
-#include "crackle/fracture.hpp"
-#include "crackle/lattice.hpp"
-#include "crackle/observe_breaks.hpp"
-#include "crackle/observe_profile.hpp"
-#include "crackle/pc_updown.hpp"
-#include "crackle/petsc_handle.hpp"
+#include "crackle/base/petsc_handle.hpp"
+#include "crackle/equilibrium/ksp/pc_updown.hpp"
+#include "crackle/fracture/fracture.hpp"
+#include "crackle/network/lattice.hpp"
+#include "crackle/record/observe_breaks.hpp"
+#include "crackle/record/observe_profile.hpp"
 #include "support/break_record.hpp"
 
 namespace {

@@ -24,12 +24,12 @@
 #include <string>
 #include <vector>
 
-#include "crackle/disorder.hpp"
-#include "crackle/equilibrium.hpp"
-#include "crackle/matrix_rows.hpp"
-#include "crackle/network_matrix.hpp"
-#include "crackle/petsc_handle.hpp"
-#include "crackle/preconditioner.hpp"
+#include "crackle/base/petsc_handle.hpp"
+#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/network/disorder.hpp"
+#include "crackle/network/matrix_rows.hpp"
+#include "crackle/network/network_matrix.hpp"
 
 extern char** environ;
 

@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "crackle/disorder.hpp"
-#include "crackle/fracture.hpp"
-#include "crackle/observe_breaks.hpp"
+#include "crackle/fracture/fracture.hpp"
+#include "crackle/network/disorder.hpp"
+#include "crackle/record/observe_breaks.hpp"
 
 namespace crackle::test {
 

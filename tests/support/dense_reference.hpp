@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "crackle/cholmod_factor.hpp"
-#include "crackle/network.hpp"
+#include "crackle/factor/cholmod_factor.hpp"
+#include "crackle/network/network.hpp"
 
 namespace crackle::test {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "crackle/error.hpp"
+#include "crackle/base/error.hpp"
 
 namespace crackle::test {
 

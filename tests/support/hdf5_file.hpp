@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "crackle/durable_file.hpp"
-#include "crackle/hdf5_handle.hpp"
+#include "crackle/base/durable_file.hpp"
+#include "crackle/base/hdf5_handle.hpp"
 
 namespace crackle::test {
 

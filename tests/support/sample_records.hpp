@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "crackle/durable_file.hpp"
-#include "crackle/run_records.hpp"
+#include "crackle/base/durable_file.hpp"
+#include "crackle/record/run_records.hpp"
 
 namespace crackle::test {
 

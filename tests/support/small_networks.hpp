@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "crackle/disorder.hpp"
-#include "crackle/network.hpp"
+#include "crackle/network/disorder.hpp"
+#include "crackle/network/network.hpp"
 
 namespace crackle::test {
 

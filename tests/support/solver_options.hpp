@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "crackle/petsc_handle.hpp"
+#include "crackle/base/petsc_handle.hpp"
 
 namespace crackle::test {
 

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "crackle/petsc_handle.hpp"
-#include "crackle/preconditioner.hpp"
+#include "crackle/base/petsc_handle.hpp"
+#include "crackle/equilibrium/ksp/preconditioner.hpp"
 #include "support/leak_check.hpp"
 
 int main(int argc, char** argv) {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "crackle/cholmod_factor.hpp"
-#include "crackle/disorder.hpp"
+#include "crackle/factor/cholmod_factor.hpp"
+#include "crackle/network/disorder.hpp"
 #include "verification.hpp"
 
 namespace crackle::verification {

@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <functional>
 
-#include "crackle/compare_reference.hpp"
-#include "crackle/disorder.hpp"
-#include "crackle/error.hpp"
+#include "crackle/base/error.hpp"
+#include "crackle/compare/compare_reference.hpp"
+#include "crackle/network/disorder.hpp"
 #include "support/break_record.hpp"
 #include "verification.hpp"
 

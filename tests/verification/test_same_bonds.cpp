@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "crackle/equilibrium_tree.hpp"
+#include "crackle/equilibrium/tree/equilibrium_tree.hpp"
 #include "verification.hpp"
 
 namespace crackle::verification {

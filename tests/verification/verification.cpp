@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include "crackle/cholmod_factor.hpp"
-#include "crackle/disorder.hpp"
-#include "crackle/matrix_rows.hpp"
-#include "crackle/network_matrix.hpp"
-#include "crackle/observe_breaks.hpp"
-#include "crackle/petsc_handle.hpp"
-#include "crackle/preconditioner.hpp"
+#include "crackle/base/petsc_handle.hpp"
+#include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/factor/cholmod_factor.hpp"
+#include "crackle/network/disorder.hpp"
+#include "crackle/network/matrix_rows.hpp"
+#include "crackle/network/network_matrix.hpp"
+#include "crackle/record/observe_breaks.hpp"
 #include "support/leak_check.hpp"
 
 namespace crackle::verification {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "crackle/equilibrium.hpp"
-#include "crackle/fracture.hpp"
-#include "crackle/tree_kernels.hpp"
+#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/tree/tree_kernels.hpp"
+#include "crackle/fracture/fracture.hpp"
 
 namespace crackle::verification {
 

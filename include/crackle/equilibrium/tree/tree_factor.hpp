@@ -1,0 +1,113 @@
+/// Keeps K = L D L^T (SPD, in the separator tree's order) current while bonds break.
+///
+/// Bond e subtracts g_e g_e^T, g_e = sqrt(k_e) b_e, which changes only the fronts from its owner to the root.
+/// A null pivot (floppy unknown of a network that starts with loose parts) is pinned: 1/D is taken as 0, its
+/// column is zero, and it stays out of every later update. Bond forces don't depend on it. The plate is never
+/// pinned: its pivot is the last, and is F.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "crackle/base/aligned.hpp"
+#include "crackle/equilibrium/tree/separator_tree.hpp"
+#include "crackle/equilibrium/tree/tree_bonds.hpp"
+#include "crackle/equilibrium/tree/tree_kernels.hpp"
+#include "crackle/equilibrium/tree/tree_multifrontal.hpp"
+#include "crackle/network/network.hpp"
+
+namespace crackle {
+
+/// Doubles of the next front that are asked for in advance: what leaves room in a second-level cache.
+inline constexpr std::size_t kLookAhead = 1 << 14;
+
+class TreeFactor {
+ public:
+  /// Keeps a copy of the first factorization if `keep_intact`. All arguments must outlive this; scratch
+  /// (positions x kLanes) must be zero whenever a member function is called, and is left so.
+  TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const TreeKernels& kernels, bool keep_intact,
+             std::span<double> scratch);
+
+  /// From scratch, without the bonds for which broken[e] != 0 (size M; empty: none is broken).
+  void factorize(std::span<const std::uint8_t> broken);
+
+  /// Back to the intact network: a copy if it was kept, a factorization otherwise.
+  void restore();
+
+  /// Removes bonds, none of them twice. Returns the smallest slack 1 - g_e^T K^-1 g_e among them, each with
+  /// the earlier ones gone; 0 or below: the factor is no use any more, factorize before it is used again.
+  [[nodiscard]] double downdate(std::span<const BondId> bonds);
+  /// The same of the last call, had the plate been held: F, on its way to 0, left out.
+  [[nodiscard]] double held_slack() const { return held_slack_; }
+
+  /// K u = e_plate by back-substitution alone, one right-hand side. u: [n], idle slots 0.
+  void solve_plate(std::span<double> u) const { move_plate(inverse_.back(), u); }
+  /// The same with u[plate] given: also where F is lost in rounding.
+  void move_plate(double plate, std::span<double> u) const;
+  /// x = K^-1 load with the plate held at 0, whatever the load there: also where F is lost. [n] each.
+  void solve_held(std::span<const double> load, std::span<double> x) const;
+
+  [[nodiscard]] FrontBlock block(FrontId f) const {
+    const Front& front = tree_.front[f];
+    return {entries_.data() + front.block,
+            tree_.row.data() + front.rows,
+            front.stride,
+            front.pivots,
+            front.boundary,
+            nullptr,
+            nullptr};
+  }
+  /// The same, for a forward pass that goes on to front `next`.
+  [[nodiscard]] FrontBlock block(FrontId f, FrontId next) const {
+    FrontBlock made = block(f);
+    const Front& front = tree_.front[next];
+    made.ahead = entries_.data() + front.block;
+    made.ahead_end = made.ahead + std::min(kLookAhead, static_cast<std::size_t>(front.stride) * front.pivots);
+    return made;
+  }
+  [[nodiscard]] const double* inverse_pivots(FrontId f) const {
+    return inverse_.data() + tree_.front[f].first;
+  }
+  /// F: the plate's pivot.
+  [[nodiscard]] double stiffness() const { return diagonal_.back(); }
+  /// Of the last factorization, or of the intact one that restore brought back.
+  [[nodiscard]] const TreePivots& pivots() const { return pivots_; }
+  /// Entries that downdates read and wrote since the start.
+  [[nodiscard]] std::int64_t entries_updated() const { return entries_updated_; }
+  [[nodiscard]] std::int64_t factorizations() const { return factorizations_; }
+
+ private:
+  template <class Copy>
+  void for_each_column(Copy copy);
+  void substitute_back(std::span<double> x) const;
+  double downdate_lanes(std::span<const BondId> bonds);
+  void downdate_front(FrontId f);
+
+  const SeparatorTree& tree_;
+  const TreeBonds& bonds_;
+  const TreeKernels& kernels_;
+  bool keep_intact_;
+  AlignedVector entries_;         // all blocks
+  std::vector<double> diagonal_;  // [positions] D
+  std::vector<double> inverse_;   // [positions] 1/D; 0: pinned
+  AlignedVector intact_entries_;  // [factor_entries] the blocks' columns from the diagonal down, no padding
+  std::vector<double> intact_diagonal_;
+  std::vector<double> intact_inverse_;
+  TreePivots pivots_;
+  TreePivots intact_pivots_;
+  std::int64_t entries_updated_ = 0;
+  std::int64_t factorizations_ = 0;
+
+  // A downdate of at most kLanes bonds, sorted by owner so that a subtree's are contiguous.
+  std::vector<BondId> sorted_;
+  std::vector<FrontId> path_;
+  std::vector<std::uint8_t> on_path_;  // [fronts]
+  std::span<double> rows_;             // the scratch; lane j: what bond j's vector has become
+  AlignedVector columns_;              // [largest stride * kLanes] the same over one front, by columns
+  std::vector<double> slack_;          // [kLanes]
+  double held_slack_ = 1;
+};
+
+}  // namespace crackle

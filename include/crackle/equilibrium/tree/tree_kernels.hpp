@@ -1,0 +1,110 @@
+/// The inner loops of the tree strategy, in one version per instruction set, chosen at run time.
+///
+/// Right-hand sides come kLanes at a time, and the lanes of one unknown lie side by side: every entry of the
+/// factor is used kLanes times while it is in a register, and boundary unknowns are addressed where they are.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "crackle/equilibrium/tree/separator_tree.hpp"
+
+namespace crackle {
+
+inline constexpr int kLanes = 16;  ///< right-hand sides in one pass; a row is two cache lines
+
+/// The numeric block of a front: unit lower triangle of p rows, then q boundary rows; zeros pad the columns.
+struct FrontBlock {
+  const double* entries =
+      nullptr;                    ///< stride x p, column-major, on a cache line; above the diagonal: anything
+  const Position* row = nullptr;  ///< [q] positions of the boundary unknowns
+  std::ptrdiff_t stride = 0;
+  int pivots = 0;
+  int boundary = 0;
+  const double* ahead = nullptr;  ///< a forward pass asks the memory for this range on its way
+  const double* ahead_end = nullptr;
+};
+
+/// Bonds whose forces are looked at together: those that a front eliminates first.
+struct BondBlock {
+  const Position* row = nullptr;  ///< [bonds * width] positions; an unused one has value 0
+  const double* value = nullptr;  ///< [bonds * width] sqrt(k) b
+  const double* limit = nullptr;  ///< [bonds] threshold over sqrt(k); infinity: broken
+  int bonds = 0;
+  int width = 0;  ///< 2 or 4
+};
+
+/// A bond whose force is looked at in kLanes states.
+struct BondForce {
+  const Position* row = nullptr;  ///< [width] positions; an unused one has value 0
+  const double* value = nullptr;  ///< [width] b
+  double stiffness = 0;
+  double threshold = 0;
+  double no_force = 0;
+  int width = 0;
+  bool magnitude = true;  ///< of the elongation; otherwise compression is no force
+};
+
+/// One panel's share in a linear combination of columns.
+struct PanelPart {
+  const double* rows = nullptr;         ///< rows x kLanes
+  const std::int32_t* lane = nullptr;   ///< [columns] which of the panel's columns take part
+  const double* coefficient = nullptr;  ///< columns x kLanes
+  int columns = 0;
+};
+
+struct TreeKernels {
+  const char* name;
+
+  /// x (rows of kLanes) becomes L^-1 x over this front: pivots solved, boundary rows updated. In lanes begin ..
+  /// end - 1; the others must be zero, and stay so.
+  void (*forward)(const FrontBlock& front, double* pivots, double* x, int begin, int end);
+
+  /// The same in one lane, the one that pivots and x point to. column: workspace [stride].
+  void (*forward_one)(const FrontBlock& front, double* pivots, double* x, double* column);
+
+  /// The pivots' rows become L^-T of themselves, boundary rows of x given.
+  void (*backward)(const FrontBlock& front, double* pivots, const double* x);
+
+  /// g (lanes x kLanes, row stride ldg) += sum over `rows` rows of a^T diag(weight) b, a's first `lanes` columns.
+  /// Rows of a and b are kLanes apart.
+  void (*gram)(const double* a, int lanes, const double* b, const double* weight, int rows, double* g,
+               std::ptrdiff_t ldg);
+
+  /// out (rows x kLanes) = diag(weight) times the sum of y times coefficient over the parts.
+  void (*combine)(const PanelPart* part, int parts, const double* weight, int rows, double* out);
+
+  /// sum += the rows (`count` of them, `stride` apart) times their weights. Works on `size` rounded up to at most a
+  /// multiple of 2 kLanes.
+  void (*add_rows)(const double* rows, std::ptrdiff_t stride, const double* weight, int count, double* sum,
+                   int size);
+
+  /// product[i] = a[i] b[i] (magnitude: |a[i] b[i]|) for i < size, a multiple of kLanes. Returns the largest, 0 if none is
+  /// above; NaN counts as nothing.
+  double (*products)(const double* a, const double* b, int size, bool magnitude, double* product);
+
+  /// ratio[lane] = stiffness |value . x| / threshold for one bond, 0 where neither |value . x| is above least[lane] nor
+  /// the force above no_force; without magnitude: value . x.
+  void (*ratios)(const BondForce& bond, const double* x, const double* least, double* ratio);
+
+  /// L D L^T -= w w^T for each of `count` vectors w (columns of `stride` doubles over the front's p + q rows,
+  /// zero-padded like the block). diagonal and inverse: [p], D and 1/D, 0 in `inverse` for a pinned pivot.
+  /// On return the boundary rows of w hold what the parent has to take, and slack[i] has lost
+  /// sum of w_i^2 / d over the pivots: 1 - w^T K^-1 w once the root is through.
+  /// Source: P. Gill, G. Golub, W. Murray, M. Saunders, Math. Comp. 28 (1974) 505, method C1.
+  /// entries: those of the front, to be written.
+  void (*downdate)(const FrontBlock& front, double* entries, double* diagonal, double* inverse, double* w,
+                   int count, double* slack);
+
+  /// Numbers of the bonds with |value . x| > limit * cut in any lane (tension: value . x > ...). Returns how
+  /// many. cut: [kLanes] > 0.
+  int (*find_magnitude)(const BondBlock& bonds, const double* x, const double* cut, std::int32_t* found);
+  int (*find_tension)(const BondBlock& bonds, const double* x, const double* cut, std::int32_t* found);
+};
+
+/// The versions that this processor runs, the fastest first. They sum in different orders:
+/// forces differ in their last bits.
+[[nodiscard]] std::span<const TreeKernels* const> tree_kernels();
+
+}  // namespace crackle

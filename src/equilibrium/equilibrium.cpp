@@ -1,0 +1,198 @@
+#include "crackle/equilibrium/equilibrium.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "crackle/base/error.hpp"
+#include "crackle/equilibrium/dense/equilibrium_dense.hpp"
+#include "crackle/equilibrium/held_solver.hpp"
+#include "crackle/equilibrium/ksp/equilibrium_ksp.hpp"
+#include "crackle/equilibrium/quad/equilibrium_quad.hpp"
+#include "crackle/equilibrium/referee.hpp"
+#include "crackle/equilibrium/tree/equilibrium_tree.hpp"
+
+namespace crackle {
+
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// A threshold below this part of the largest finite one is slight.
+constexpr double kSlightThreshold = 1e-4;
+/// Thresholds whose largest is within these powers of two are left as they are.
+constexpr int kMostExponent = 400;
+
+/// ratio[e] = f_e / t_e, or its magnitude; 0 for what is below `smallest` elongation and kNoForce. Returns the largest.
+template <int width, bool magnitude>
+double fill_ratios(const Network& network, std::span<const double> threshold, std::span<const double> u,
+                   double smallest, std::span<double> ratio) {
+  const Dof* dof = network.bond_dof.data();
+  const double* value = network.bond_value.data();
+  double largest = 0;
+  for (std::size_t e = 0; e < ratio.size(); ++e, dof += width, value += width) {
+    double stretch = 0;
+    for (int i = 0; i < width; ++i) stretch += value[i] * u[dof[i]];
+    const double size = magnitude ? std::abs(stretch) : stretch;
+    const double force = network.stiffness[e] * size;
+    ratio[e] = size > smallest || force > kNoForce ? force / threshold[e] : 0;
+    largest = std::max(largest, ratio[e]);
+  }
+  return largest;
+}
+
+}  // namespace
+
+Equilibrium::Equilibrium(const Network& network, const EquilibriumOptions& options, PhaseTimes& times)
+    : network_(network),
+      options_(options),
+      times_(times),
+      broken_(network.bonds()),
+      threshold_(network.bonds()) {}
+
+Equilibrium::~Equilibrium() = default;
+
+/// Ratios only order, and loads are scaled back: no ratio needs to leave double's range. -0 becomes 0.
+void Equilibrium::scale_thresholds(std::span<const double> threshold) {
+  double largest = 0;
+  for (const double t : threshold) largest = t < kNever ? std::max(largest, t) : largest;
+  scale_ = largest > 0 ? std::ilogb(largest) : 0;
+  if (std::abs(scale_) < kMostExponent) scale_ = 0;
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (!network_.can_stretch(e)) {
+      threshold_[e] = kNever;
+    } else {
+      threshold_[e] = (scale_ == 0 ? threshold[e] : std::ldexp(threshold[e], -scale_)) + 0.0;
+    }
+  }
+  const double small = kSlightThreshold * std::ldexp(largest, -scale_);
+  slight_.clear();
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (threshold_[e] < small) slight_.push_back(e);
+  }
+}
+
+void Equilibrium::reset(std::span<const double> threshold) {
+  std::ranges::fill(broken_, std::uint8_t{0});
+  scale_thresholds(threshold);
+  intact_stiffness_ = 0;
+  complaint_.clear();
+  removed_.clear();
+  suspicious_ = false;
+  refereed_ = false;
+  do_reset();
+}
+
+void Equilibrium::remove(BondId bond) {
+  broken_[bond] = 1;
+  threshold_[bond] = kNever;
+  ++counts_.breaks;
+  removed_.push_back(bond);
+  if (refereed_) {
+    referee().remove(bond);
+    if (HeldFactor* own = held_factor()) own->follow(bond);
+  } else {
+    do_remove(bond);
+  }
+}
+
+void Equilibrium::settle() {
+  suspicious_ = false;
+  if (refereed_) {
+    refereed_ = false;
+    do_reset();
+    do_resume(removed_);
+  }
+  do_settle();
+}
+
+void Equilibrium::resume(std::span<const double> threshold, std::span<const BondId> bonds,
+                         double intact_stiffness) {
+  reset(threshold);
+  for (const BondId e : bonds) {
+    broken_[e] = 1;
+    threshold_[e] = kNever;
+  }
+  intact_stiffness_ = intact_stiffness;
+  removed_.assign(bonds.begin(), bonds.end());
+  do_resume(bonds);
+  settle();
+}
+
+std::vector<double> Equilibrium::forces() {
+  return refereed_ ? referee().forces() : do_forces();
+}
+
+std::vector<double> Equilibrium::do_forces() {
+  const auto u = do_displacements();
+  std::vector<double> force(broken_.size(), 0.0);
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (broken_[e] == 0) force[e] = network_.stiffness[e] * elongation(network_, e, u);
+  }
+  return force;
+}
+
+State Equilibrium::find_critical(Critical& next) {
+  const State state = refereed_ ? ask_referee(next) : look(next);
+  if (refereed_) {
+    counts_.refereed += state == State::carrying ? 1 : 0;
+    complaint_ = referee().complaint();
+    intact_stiffness_ = referee().intact_stiffness();
+  }
+  if (state == State::held) {
+    ++counts_.held;
+    counts_.largest_left = std::max(counts_.largest_left, next.stiffness / intact_stiffness_);
+  }
+  if (state == State::carrying && scale_ != 0) next.load = std::ldexp(next.load, scale_);
+  return state;
+}
+
+std::span<const double> Equilibrium::displacements() {
+  return refereed_ ? referee().displacements() : do_displacements();
+}
+
+State Equilibrium::scan(std::span<const double> u, Critical& next) {
+  const bool magnitude = options_.break_on == BreakOn::magnitude;
+  const auto fill = network_.components == 1 ? (magnitude ? fill_ratios<2, true> : fill_ratios<2, false>)
+                                             : (magnitude ? fill_ratios<4, true> : fill_ratios<4, false>);
+  ratio_.resize(threshold_.size());
+  const double plate = u[network_.plate];
+  const double largest = fill(network_, threshold_, u, kNoElongation * plate, ratio_);
+  if (!(largest > 0)) return State::failed;
+  const auto first =
+      std::ranges::find_if(ratio_, [tied = largest * (1 - kTie)](double r) { return r >= tied; });
+  next.bond = static_cast<BondId>(first - ratio_.begin());
+  next.load = 1 / largest;
+  next.stiffness = 1 / plate;
+  return State::carrying;
+}
+
+bool Equilibrium::has_failed(double stiffness) {
+  const bool first = intact_stiffness_ == 0;
+  const double whole = first ? network_.plate_diagonal : intact_stiffness_;
+  if (!(stiffness > kRefereedStiffness * whole)) return true;
+  if (first) intact_stiffness_ = stiffness;
+  return false;
+}
+
+double Equilibrium::smallest_pivot() {
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string equilibrium_names() {
+  return "tree, ksp, dense or quad";
+}
+
+std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const EquilibriumOptions& options,
+                                              PhaseTimes& times) {
+  if (options.strategy == "tree") {
+    return make_equilibrium_tree(network, options, times,
+                                 {.verify = options.verify, .kernels = options.kernels});
+  }
+  if (options.strategy == "ksp") return make_equilibrium_ksp(network, options, times);
+  if (options.strategy == "dense") return make_equilibrium_dense(network, options, times);
+  if (options.strategy == "quad") return make_equilibrium_quad(network, options, times);
+  throw InputError("-equilibrium", options.strategy, equilibrium_names());
+}
+
+}  // namespace crackle

@@ -1,0 +1,218 @@
+/// What Equilibrium believes of a strategy's answers, and when it asks the Referee instead.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numeric>
+
+#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/referee.hpp"
+
+namespace crackle {
+
+namespace {
+
+/// A pivot is right to so many roundings of the stiffest bond's.
+constexpr double kPivotRoundings = 1e3;
+/// A break that leaves a slack below this has made something that hardly resists.
+constexpr double kSoftSlack = 1e-8;
+/// A residual of the intact network above this, relative to the load, is that of no solver.
+constexpr double kNoSolution = 1e-3;
+
+template <class... Numbers>
+std::string describe(const char* format, Numbers... numbers) {
+  std::array<char, 240> text{};
+  std::snprintf(text.data(), text.size(), format, static_cast<double>(numbers)...);
+  return text.data();
+}
+
+}  // namespace
+
+std::string describe_doubt(const EquilibriumCounts& counts) {
+  std::string text;
+  if (counts.soft_contrast > 0)
+    text = describe("stiffnesses that span a factor of %.2g", counts.soft_contrast);
+  if (counts.soft_node < 0) return text;
+  return (text.empty() ? "" : text + "; ") + describe(
+                                                 "node %.0f hardly resists some motion, with a pivot of %.1g "
+                                                 "of its stiffness: bonds almost in line, or "
+                                                 "far softer than others",
+                                                 counts.soft_node, counts.soft_pivot);
+}
+
+Referee& Equilibrium::referee() {
+  if (!referee_) referee_ = std::make_unique<Referee>(network_, options_.break_on, times_);
+  return *referee_;
+}
+
+State Equilibrium::look(Critical& next) {
+  if (knows_its_error()) return search(next);
+  if (is_soft()) return hand_over(next);
+  complaint_.clear();
+  State state = search(next);
+  const auto broken = static_cast<std::int64_t>(removed_.size());
+  if (state == State::carrying && options_.check_every > 0 && broken % options_.check_every == 0) {
+    state = double_check(next);
+  }
+  if (state == State::failed) return confirm_end(next);
+  if (state != State::carrying) return state;
+  if (is_foreign() && has_softened(next)) return hand_over(next);
+  if (!iterates() && may_hide_one(next)) return consult(next);
+  const bool looks = suspicious_ || is_foreign() || iterates() || broken % kTrustEvery == 0 ||
+                     next.stiffness < kDoubtfulStiffness * intact_stiffness_ || is_tiny(next);
+  return looks ? look_for_doubt(next) : state;
+}
+
+/// Once for a network: whether double can't tell a pivot of the intact one from 0.
+bool Equilibrium::is_soft() {
+  if (classified_) return soft_;
+  classified_ = true;
+  const double widest = contrast(network_);
+  const double least =
+      std::max(kSoftPivot, kPivotRoundings * std::numeric_limits<double>::epsilon() * widest);
+  if (smallest_pivot() >= least) return false;
+  const SoftSpot spot = referee().find_soft_spot(least);
+  soft_ = spot.found;
+  if (spot.pivot < kSoftPivot) counts_.soft_node = spot.node;
+  if (spot.pivot < kSoftPivot) counts_.soft_pivot = spot.pivot;
+  if (soft_ && least > kSoftPivot) counts_.soft_contrast = widest;
+  return soft_;
+}
+
+/// The last break's slack, from F before and after it: 1/F' = 1/F + f^2 / (k slack) (Sherman-Morrison).
+bool Equilibrium::has_softened(const Critical& next) {
+  const double bent = 1 / next.stiffness;
+  const double rounding = kPivotRoundings * std::numeric_limits<double>::epsilon() * bent;
+  const double slack = last_energy_ / std::max(bent - last_bent_, rounding);
+  const bool known = last_energy_ > 0 && last_broken_ + 1 == removed_.size();
+  const double force = threshold_[next.bond] / next.load;
+  last_energy_ = force * force / network_.stiffness[next.bond];
+  last_bent_ = bent;
+  last_broken_ = removed_.size();
+  return known && slack < kSoftSlack;
+}
+
+/// From here to the end of the sample.
+State Equilibrium::hand_over(Critical& next) {
+  refereed_ = true;
+  referee().begin(threshold_, removed_, intact_stiffness_);
+  return ask_referee(next);
+}
+
+/// This break alone.
+State Equilibrium::consult(Critical& next) {
+  referee().begin(threshold_, removed_, intact_stiffness_);
+  const State state = ask_referee(next);
+  complaint_ = referee().complaint();
+  intact_stiffness_ = referee().intact_stiffness();
+  counts_.refereed += state == State::carrying ? 1 : 0;
+  return state;
+}
+
+/// Pivots of a soft network are no factor to lend.
+State Equilibrium::ask_referee(Critical& next) {
+  return referee().decide(next, soft_ ? nullptr : held_factor());
+}
+
+/// The strategy found nothing that carries, or too little for double, or gave up: the end of the network, or its own?
+State Equilibrium::confirm_end(Critical& next) {
+  const std::string why = complaint_;
+  if (why.empty()) return hand_over(next);
+  ++counts_.confirmations;
+  const State state = consult(next);
+  if (state != State::carrying || !iterates()) return state;
+  if (next.stiffness < kRefereedStiffness * intact_stiffness_) return hand_over(next);
+  complaint_ = why +
+               " though the network still carries: try a direct solver (-pc_type updown), a tighter "
+               "-ksp_rtol, or more -ksp_max_it";
+  return State::unsolved;
+}
+
+/// The bond is critical for its threshold rather than its force, which may be nothing but rounding. (Both 0: true.)
+bool Equilibrium::is_tiny(const Critical& next) const {
+  const double force = threshold_[next.bond] / next.load;
+  return !(force > kTinyElongation * network_.stiffness[next.bond] / next.stiffness);
+}
+
+/// Some bond would be critical if it carried a force that rounding of displacements may hide.
+bool Equilibrium::may_hide_one(const Critical& next) const {
+  const double per_stiffness = kHiddenElongation / next.stiffness;
+  return std::ranges::any_of(slight_, [&](BondId e) {
+    const double hidden = per_stiffness * network_.stiffness[e];
+    return broken_[e] == 0 && hidden > kHiddenForce && threshold_[e] <= hidden * next.load;
+  });
+}
+
+State Equilibrium::double_check(Critical& next) {
+  r_.resize(static_cast<std::size_t>(network_.unknowns));
+  ++counts_.checks;
+  double error = backward_error(network_, broken_, displacements(), r_);
+  if (!(error <= options_.check_bound)) {
+    const State state = renew() ? search(next) : State::failed;
+    if (state != State::carrying) return state;
+    error = backward_error(network_, broken_, displacements(), r_);
+  }
+  counts_.largest_residual = std::max(counts_.largest_residual, error);
+  if (error <= options_.check_bound) return State::carrying;
+  complaint_ =
+      describe("-equilibrium_check: even from scratch the solver leaves a backward error of %.2g, above %.2g",
+               error, options_.check_bound);
+  return State::unsolved;
+}
+
+State Equilibrium::look_for_doubt(Critical& next) {
+  if (!is_doubtful(next)) return State::carrying;
+  if (iterates()) {
+    ++counts_.doubtful;
+    if (counts_.first_doubtful == 0) counts_.first_doubtful = std::ssize(removed_) + 1;
+    return State::carrying;
+  }
+  const State state = renew() ? search(next) : State::failed;
+  if (state == State::failed) return confirm_end(next);
+  if (state != State::carrying || !is_doubtful(next)) return state;
+  if (is_foreign() && removed_.empty() && !(last_residual_ < kNoSolution)) {
+    complaint_ = describe(
+        "the solver leaves a residual of %.2g of the load: it doesn't solve; try -ksp_type cg with "
+        "this -pc_type, or -pc_type updown",
+        last_residual_);
+    return State::unsolved;
+  }
+  return consult(next);
+}
+
+/// True when, forces being as uncertain as the residual says, another bond may have the largest ratio, or a direct
+/// solver's loads are off. What such a solver leaves by rounding is not doubted: equal ratios and bonds without force
+/// have rules of their own.
+bool Equilibrium::is_doubtful(const Critical& next) {
+  r_.resize(static_cast<std::size_t>(network_.unknowns));
+  const auto u = displacements();
+  residual(network_, broken_, u, r_);
+  const double norm = std::sqrt(std::inner_product(r_.begin(), r_.end(), r_.begin(), 0.0));
+  counts_.loosest_residual = std::max(counts_.loosest_residual, norm);
+  last_residual_ = norm;
+  suspicious_ = !(norm <= kDoubtfulResidual);
+  const double amplified = kForcePerResidual * std::sqrt(std::max(1.0, intact_stiffness_ / next.stiffness));
+  const double uncertain = amplified * norm;
+  const double critical_force = network_.stiffness[next.bond] * std::abs(elongation(network_, next.bond, u));
+  if (!(critical_force > uncertain)) return true;
+  const bool loads_are_off = !(kForcePerResidual * norm <= kUncertainForce * std::max(1.0, critical_force));
+  if (loads_are_off && !iterates()) return true;
+  if (!suspicious_ && !iterates()) return false;
+  const auto ratio = [&](BondId e, double error) {
+    const double stretch = elongation(network_, e, u);
+    const double size = options_.break_on == BreakOn::magnitude ? std::abs(stretch) : stretch;
+    const double force = network_.stiffness[e] * size + error;
+    return force > 0 ? force / threshold_[e] : 0;
+  };
+  const double least = ratio(next.bond, -uncertain);
+  for (BondId e = 0; e < network_.bonds(); ++e) {
+    if (e == next.bond) continue;
+    const double most = ratio(e, uncertain);
+    if (most > least || (most == least && e < next.bond)) return true;
+  }
+  return false;
+}
+
+}  // namespace crackle

@@ -1,0 +1,286 @@
+#include "crackle/equilibrium/tree/equilibrium_tree.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "crackle/equilibrium/held_solver.hpp"
+#include "crackle/equilibrium/tree/tree_factor.hpp"
+#include "crackle/equilibrium/tree/tree_kernels.hpp"
+
+namespace crackle {
+
+namespace {
+
+/// Below this slack a downdate has lost too many digits (about -log10 of it): refactor.
+constexpr double kLeastSlack = 1e-6;
+/// Breaks between two looks at the backward error.
+constexpr std::int64_t kBreaksPerCheck = 500;
+/// Entries of a factor that is copied, to be restored for the next sample. A larger one (L = 256) is made anew: 1 %
+/// of a sample's time for a third of its memory.
+constexpr std::int64_t kMostKept = 4'000'000;
+/// A factorization takes as long as half a break for each row of nodes (L = 256: 125 breaks, 512: 240). Samples of
+/// fewer breaks than this take less than half a minute.
+constexpr double kBreaksPerRow = 25;
+constexpr double kBreaksOfShortSample = 10'000;
+
+class EquilibriumTree final : public Equilibrium, private HeldFactor {
+ public:
+  EquilibriumTree(const Network& network, const EquilibriumOptions& options, PhaseTimes& times,
+                  const TreeOptions& tree)
+      : Equilibrium(network, options, times),
+        tree_(make_separator_tree(network, tree.dissection)),
+        bonds_(make_tree_bonds(network, tree_)),
+        kernels_(tree.kernels != nullptr ? *tree.kernels : *tree_kernels().front()),
+        scratch_(static_cast<std::size_t>(tree_.positions()) * kLanes),
+        factor_(tree_, bonds_, kernels_, options.many_samples && tree_.factor_entries <= kMostKept, scratch_),
+        batch_(network, tree_, bonds_, factor_, kernels_, options.break_on, scratch_, times),
+        displacement_(network.unknowns),
+        residual_(network.unknowns) {
+    if (tree.verify) checker_ = std::make_unique<TreeFactor>(tree_, bonds_, kernels_, false, scratch_);
+    counts_.unknowns = network.unknowns;
+    counts_.factor_entries = tree_.factor_entries;
+  }
+
+  [[nodiscard]] std::int64_t breaks_worth_settling() const override {
+    const double rows = std::sqrt(static_cast<double>(network_.unknowns) / network_.components);
+    return std::llround(std::max(kBreaksOfShortSample, kBreaksPerRow * rows));
+  }
+
+  [[nodiscard]] EquilibriumCounts counts() const override {
+    EquilibriumCounts counts = counts_;
+    counts.factorizations = factor_.factorizations();
+    counts.null_pivots = intact_pivots_.null;
+    return counts;
+  }
+
+  [[nodiscard]] TreeCounts tree_counts() const {
+    TreeCounts counts = tree_counts_;
+    counts.batch = batch_.counts();
+    counts.fronts = tree_.fronts();
+    counts.factor_entries = tree_.factor_entries;
+    counts.entries_downdated = factor_.entries_updated();
+    counts.refactors = counts_.refactors;
+    counts.kernels = kernels_.name;
+    return counts;
+  }
+
+ protected:
+  [[nodiscard]] std::span<const double> do_displacements() override {
+    batch_.search().copy_state(shown_, displacement_);
+    return displacement_;
+  }
+
+  /// Of the intact network: asked for before anything has broken, or just after restoring it.
+  [[nodiscard]] double smallest_pivot() override {
+    return intact_pivots_.null > 0 ? 0 : intact_pivots_.smallest;
+  }
+
+  [[nodiscard]] HeldFactor* held_factor() override { return this; }
+
+  [[nodiscard]] State search(Critical& next) override {
+    if (head_ == batch_.verified().size() && state_ == State::carrying) advance();
+    if (state_ == State::carrying) {
+      const VerifiedBreak& found = batch_.verified()[head_];
+      shown_ = static_cast<int>(head_);
+      next = {found.bond, 1 / found.ratio, 1 / batch_.search().plate(shown_)};
+    }
+    if (checker_) check(next);
+    return state_;
+  }
+
+  bool renew() override {
+    refactor();
+    head_ = batch_.verified().size();
+    return true;
+  }
+
+  void do_reset() override {
+    {
+      const PhaseScope scope(times_, Phase::factor);
+      factor_.restore();
+    }
+    intact_pivots_ = factor_.pivots();
+    start_from_factor();
+  }
+
+  void do_settle() override {
+    {
+      const PhaseScope scope(times_, Phase::factor);
+      factor_.factorize(broken());
+    }
+    start_from_factor();
+  }
+
+  void do_remove(BondId bond) override {
+    batch_.remove(bond);
+    const auto verified = batch_.verified();
+    // A bond that was not named spoils the rest of the batch.
+    head_ = head_ < verified.size() && verified[head_].bond == bond ? head_ + 1 : verified.size();
+  }
+
+ private:
+  void follow(BondId bond) override { late_.push_back(bond); }
+
+  [[nodiscard]] bool move_plate(std::span<double> u) override {
+    if (!batch_.waiting().empty()) (void)take_in();
+    const PhaseScope scope(times_, Phase::downdate);
+    (void)factor_.downdate(late_);
+    const bool lost = !late_.empty() && !(factor_.held_slack() > kLeastSlack);
+    late_.clear();
+    if (lost) make_factor();
+    factor_.move_plate(1, u);
+    return !has_softened();
+  }
+
+  [[nodiscard]] bool solve_held(std::span<const double> load, std::span<double> x) override {
+    factor_.solve_held(load, x);
+    return true;
+  }
+
+  [[nodiscard]] std::size_t held_pins() const override {
+    return static_cast<std::size_t>(factor_.pivots().null);
+  }
+
+  /// Nothing waits, nothing is predicted.
+  void start_from_factor() {
+    batch_.reset(threshold());
+    late_.clear();
+    head_ = 0;
+    unchecked_ = 0;
+    state_ = has_failed(factor_.stiffness()) ? State::failed : State::carrying;
+  }
+
+  /// At least one verified break, or another state than carrying.
+  void advance() {
+    if (batch_.full() && !take_in()) return;
+    BatchResult result = pass();
+    if (result == BatchResult::found && unchecked_ >= kBreaksPerCheck && !trusted()) {
+      refactor();
+      result = pass();
+    }
+    if (result == BatchResult::stale) {
+      if (!take_in()) return;
+      result = pass();
+    }
+    // stale still: a fresh factor doesn't confirm its own forces
+    if (result != BatchResult::found) state_ = State::failed;
+  }
+
+  BatchResult pass() {
+    const BatchResult result = batch_.next(kRefereedStiffness * intact_stiffness());
+    head_ = 0;
+    unchecked_ += static_cast<std::int64_t>(batch_.verified().size());
+    return result;
+  }
+
+  /// The factor takes in the waiting breaks. False: what is left is not for double.
+  bool take_in() {
+    const PhaseScope scope(times_, Phase::downdate);
+    const double slack = factor_.downdate(batch_.waiting());
+    ++tree_counts_.downdates;
+    const bool gone = !(factor_.stiffness() > kRefereedStiffness * intact_stiffness());
+    if (!((gone ? factor_.held_slack() : slack) > kLeastSlack)) make_factor();
+    batch_.refresh();
+    if (has_failed(factor_.stiffness()) || has_softened()) {
+      state_ = State::failed;
+      return false;
+    }
+    counts_.smallest_slack = std::min(counts_.smallest_slack, slack);
+    return true;
+  }
+
+  /// Breaks make no new null pivot, since a bond that carries force holds no motion alone.
+  [[nodiscard]] bool has_softened() const {
+    const TreePivots& now = factor_.pivots();
+    return now.null > intact_pivots_.null || now.smallest < kSoftPivot;
+  }
+
+  void refactor() {
+    const PhaseScope scope(times_, Phase::factor);
+    make_factor();
+    batch_.refresh();
+  }
+
+  void make_factor() {
+    factor_.factorize(broken());
+    ++counts_.refactors;
+  }
+
+  /// The residual of the present state, from the bonds.
+  bool trusted() {
+    const PhaseScope scope(times_, Phase::search);
+    unchecked_ = 0;
+    batch_.search().copy_state(0, displacement_);
+    const double error = backward_error(network_, broken(), displacement_, residual_);
+    counts_.largest_residual = std::max(counts_.largest_residual, error);
+    return error <= kLargestError;
+  }
+
+  /// Compares what find_critical says with a factor from scratch and every force.
+  void check(const Critical& next) {
+    checker_->factorize(broken());
+    checker_->solve_plate(residual_);
+    Critical expected;
+    const State state = has_failed(1 / residual_.back()) ? State::failed : scan(residual_, expected);
+    const bool same = state == state_ && (state != State::carrying || expected.bond == next.bond);
+    ++tree_counts_.checked;
+    tree_counts_.differences += same ? 0 : 1;
+  }
+
+  SeparatorTree tree_;
+  TreeBonds bonds_;
+  const TreeKernels& kernels_;
+  AlignedVector scratch_;  // zero whenever nobody works in it
+  TreeFactor factor_;
+  TreeBatch batch_;
+  std::unique_ptr<TreeFactor> checker_;  // with verify
+  State state_ = State::carrying;
+  std::vector<BondId> late_;    // broken since the Referee took over: the factor hasn't taken them in
+  std::size_t head_ = 0;        // verified breaks that have been removed
+  int shown_ = 0;               // state that find_critical saw last
+  std::int64_t unchecked_ = 0;  // breaks since the last look at the backward error
+  TreePivots intact_pivots_;
+  TreeCounts tree_counts_;
+  std::vector<double> displacement_;
+  std::vector<double> residual_;
+};
+
+}  // namespace
+
+std::unique_ptr<Equilibrium> make_equilibrium_tree(const Network& network, const EquilibriumOptions& options,
+                                                   PhaseTimes& times, const TreeOptions& tree) {
+  return std::make_unique<EquilibriumTree>(network, options, times, tree);
+}
+
+TreeCounts tree_counts(const Equilibrium& equilibrium) {
+  return dynamic_cast<const EquilibriumTree&>(equilibrium).tree_counts();
+}
+
+std::string describe(const TreeCounts& counts) {
+  const auto per = [](std::int64_t a, std::int64_t b) {
+    return b > 0 ? static_cast<double>(a) / static_cast<double>(b) : 0.0;
+  };
+  const auto line = [](const char* format, auto... values) {
+    std::array<char, 200> text{};
+    std::snprintf(text.data(), text.size(), format, values...);
+    return std::string(text.data());
+  };
+  const BatchCounts& batch = counts.batch;
+  const auto breaks = batch.verified;
+  return line("tree: %lld fronts, %lld factor entries, %s kernels\n", static_cast<long long>(counts.fronts),
+              static_cast<long long>(counts.factor_entries), counts.kernels) +
+         line("  passes %lld, of which repeated %lld; breaks a pass %.2f of %.2f predicted\n",
+              static_cast<long long>(batch.passes), static_cast<long long>(batch.repeated),
+              per(breaks, batch.passes), per(batch.predicted, batch.passes)) +
+         line("  a pass: %.1f new columns, %.1f candidates\n", per(batch.columns, batch.passes),
+              per(batch.candidates, batch.passes)) +
+         line("  a break: %.1f fronts visited, %.0f entries read, %.0f updated\n", per(batch.fronts, breaks),
+              per(batch.entries, breaks), per(counts.entries_downdated, breaks)) +
+         line("  downdates %lld, refactors %lld, checked %lld, differences %lld\n",
+              static_cast<long long>(counts.downdates), static_cast<long long>(counts.refactors),
+              static_cast<long long>(counts.checked), static_cast<long long>(counts.differences));
+}
+
+}  // namespace crackle

@@ -1,0 +1,174 @@
+#include "crackle/equilibrium/tree/tree_factor.hpp"
+
+#include <cblas.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "crackle/equilibrium/tree/tree_multifrontal.hpp"
+
+namespace crackle {
+
+TreeFactor::TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const TreeKernels& kernels,
+                       bool keep_intact, std::span<double> scratch)
+    : tree_(tree),
+      bonds_(bonds),
+      kernels_(kernels),
+      keep_intact_(keep_intact),
+      entries_(tree.block_entries),
+      diagonal_(tree.positions()),
+      inverse_(tree.positions()),
+      on_path_(tree.fronts(), 0),
+      rows_(scratch),
+      slack_(kLanes) {
+  std::int32_t tallest = 0;
+  for (const Front& front : tree.front) tallest = std::max(tallest, front.stride);
+  columns_.resize(static_cast<std::size_t>(tallest) * kLanes);
+  sorted_.reserve(kLanes);
+  path_.reserve(tree.fronts());
+}
+
+void TreeFactor::factorize(std::span<const std::uint8_t> broken) {
+  ++factorizations_;
+  pivots_ = factorize_tree(tree_, bonds_, broken, {entries_, diagonal_, inverse_});
+}
+
+/// copy(column, saved, rows) for every column from its diagonal down, and where it is kept in
+/// intact_entries_.
+template <class Copy>
+void TreeFactor::for_each_column(Copy copy) {
+  double* saved = intact_entries_.data();
+  for (const Front& front : tree_.front) {
+    double* column = entries_.data() + front.block;
+    for (int rows = front.pivots + front.boundary; rows > front.boundary; --rows) {
+      copy(column, saved, rows);
+      saved += rows;
+      column += front.stride + 1;
+    }
+  }
+}
+
+void TreeFactor::restore() {
+  if (intact_entries_.empty()) {
+    factorize({});
+    if (!keep_intact_) return;
+    intact_entries_.resize(static_cast<std::size_t>(tree_.factor_entries));
+    for_each_column([](const double* column, double* saved, int rows) { std::copy_n(column, rows, saved); });
+    intact_diagonal_ = diagonal_;
+    intact_inverse_ = inverse_;
+    intact_pivots_ = pivots_;
+    return;
+  }
+  for_each_column([](double* column, const double* saved, int rows) { std::copy_n(saved, rows, column); });
+  std::ranges::copy(intact_diagonal_, diagonal_.begin());
+  std::ranges::copy(intact_inverse_, inverse_.begin());
+  pivots_ = intact_pivots_;
+}
+
+void TreeFactor::move_plate(double plate, std::span<double> u) const {
+  std::vector<double> x(tree_.positions());
+  x.back() = plate;
+  substitute_back(x);
+  std::ranges::fill(u, 0.0);
+  for (Position at = 0; at < tree_.positions(); ++at) u[tree_.dof[at]] = x[at];
+}
+
+void TreeFactor::solve_held(std::span<const double> load, std::span<double> x) const {
+  std::vector<double> y(tree_.positions());
+  std::vector<double> boundary;
+  for (Position at = 0; at < tree_.positions(); ++at) y[at] = load[tree_.dof[at]];
+  for (FrontId f = 0; f + 1 < tree_.fronts(); ++f) {
+    const Front& front = tree_.front[f];
+    const double* entries = entries_.data() + front.block;
+    double* own = y.data() + front.first;
+    cblas_dtrsv(CblasColMajor, CblasLower, CblasNoTrans, CblasUnit, front.pivots, entries, front.stride, own,
+                1);
+    if (front.boundary == 0) continue;
+    boundary.assign(front.boundary, 0.0);
+    cblas_dgemv(CblasColMajor, CblasNoTrans, front.boundary, front.pivots, 1.0, entries + front.pivots,
+                front.stride, own, 1, 0.0, boundary.data(), 1);
+    const auto rows = tree_.boundary(f);
+    for (int i = 0; i < front.boundary; ++i) y[rows[i]] -= boundary[i];
+  }
+  for (Position at = 0; at < tree_.positions(); ++at) y[at] *= inverse_[at];
+  y.back() = 0;
+  substitute_back(y);
+  std::ranges::fill(x, 0.0);
+  for (Position at = 0; at < tree_.positions(); ++at) x[tree_.dof[at]] = y[at];
+}
+
+/// x, by positions, becomes L^-T x.
+void TreeFactor::substitute_back(std::span<double> x) const {
+  std::vector<double> boundary;
+  for (FrontId f = tree_.fronts() - 2; f >= 0; --f) {
+    const Front& front = tree_.front[f];
+    const double* entries = entries_.data() + front.block;
+    double* own = x.data() + front.first;
+    boundary.clear();
+    for (const Position at : tree_.boundary(f)) boundary.push_back(x[at]);
+    if (front.boundary > 0) {
+      cblas_dgemv(CblasColMajor, CblasTrans, front.boundary, front.pivots, -1.0, entries + front.pivots,
+                  front.stride, boundary.data(), 1, 1.0, own, 1);
+    }
+    cblas_dtrsv(CblasColMajor, CblasLower, CblasTrans, CblasUnit, front.pivots, entries, front.stride, own,
+                1);
+  }
+}
+
+double TreeFactor::downdate(std::span<const BondId> bonds) {
+  double smallest = 1;
+  held_slack_ = 1;
+  for (std::size_t done = 0; done < bonds.size(); done += kLanes) {
+    smallest = std::min(
+        smallest, downdate_lanes(bonds.subspan(done, std::min<std::size_t>(kLanes, bonds.size() - done))));
+  }
+  return smallest;
+}
+
+double TreeFactor::downdate_lanes(std::span<const BondId> bonds) {
+  sorted_.assign(bonds.begin(), bonds.end());
+  std::ranges::sort(sorted_, {}, [&](BondId e) { return bonds_.owner[e]; });
+  for (std::size_t j = 0; j < sorted_.size(); ++j) {
+    for (int i = 0; i < bonds_.width; ++i) {
+      rows_[static_cast<std::size_t>(bonds_.rows(sorted_[j])[i]) * kLanes + j] +=
+          bonds_.values(sorted_[j])[i];
+    }
+  }
+  std::ranges::fill(slack_, 1.0);
+  find_path(tree_, bonds_, sorted_, on_path_, path_);
+  for (const FrontId f : path_) {
+    // all that is left is the plate
+    if (f + 1 == tree_.fronts()) held_slack_ = std::min(held_slack_, *std::ranges::min_element(slack_));
+    downdate_front(f);
+  }
+  const double smallest = *std::ranges::min_element(slack_);
+  return std::isfinite(smallest) ? smallest : 0;
+}
+
+void TreeFactor::downdate_front(FrontId f) {
+  const Front& front = tree_.front[f];
+  const auto below = [&](BondId e) { return bonds_.owner[e] < front.first_descendant; };
+  const auto within = [&](BondId e) { return bonds_.owner[e] <= f; };
+  const std::size_t begin = std::ranges::partition_point(sorted_, below) - sorted_.begin();
+  const std::size_t end = std::ranges::partition_point(sorted_, within) - sorted_.begin();
+  const auto rows = tree_.boundary(f);
+  double* pivots = rows_.data() + static_cast<std::size_t>(front.first) * kLanes;
+  for (std::size_t j = begin; j < end; ++j) {
+    double* w = columns_.data() + (j - begin) * front.stride;
+    for (int i = 0; i < front.pivots; ++i) w[i] = pivots[i * kLanes + j];
+    for (int i = 0; i < front.boundary; ++i)
+      w[front.pivots + i] = rows_[static_cast<std::size_t>(rows[i]) * kLanes + j];
+    std::fill(w + front.pivots + front.boundary, w + front.stride, 0.0);
+  }
+  kernels_.downdate(block(f), entries_.data() + front.block, diagonal_.data() + front.first,
+                    inverse_.data() + front.first, columns_.data(), static_cast<int>(end - begin),
+                    slack_.data() + begin);
+  for (std::size_t j = begin; j < end; ++j) {
+    const double* w = columns_.data() + (j - begin) * front.stride + front.pivots;
+    for (int i = 0; i < front.boundary; ++i) rows_[static_cast<std::size_t>(rows[i]) * kLanes + j] = w[i];
+  }
+  std::fill_n(pivots, static_cast<std::size_t>(front.pivots) * kLanes, 0.0);
+  entries_updated_ += 2 * static_cast<std::int64_t>(front.stride) * front.pivots;
+}
+
+}  // namespace crackle

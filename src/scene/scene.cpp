@@ -1,0 +1,378 @@
+#include "crackle/scene/scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <filesystem>
+#include <limits>
+#include <set>
+#include <span>
+
+#include "crackle/base/error.hpp"
+#include "crackle/base/option_files.hpp"
+#include "crackle/base/petsc_handle.hpp"
+#include "crackle/equilibrium/tree/tree_kernels.hpp"
+#include "crackle/record/observe_profile.hpp"
+#include "crackle/scene/option_reader.hpp"
+#include "crackle/scene/option_text.hpp"
+
+namespace crackle {
+
+namespace {
+
+constexpr std::int64_t kMostSamples = 1'000'000'000;
+
+StiffnessOptions read_stiffness(Reader& reader) {
+  StiffnessOptions options;
+  options.kind = reader.choice("-stiffness", {std::pair{"uniform", StiffnessKind::uniform},
+                                              {"random", StiffnessKind::random},
+                                              {"inclusion", StiffnessKind::inclusion},
+                                              {"band", StiffnessKind::band}});
+  if (options.kind != StiffnessKind::uniform) {
+    options.contrast = reader.number("-stiffness_contrast", 1.0);
+    if (options.contrast > kLargestStiffness) {
+      throw InputError("-stiffness_contrast", reader.text("-stiffness_contrast"),
+                       find_option("-stiffness_contrast").allowed);
+    }
+  }
+  options.dilution = reader.number("-lattice_dilution", 0.0);
+  if (options.dilution >= 1) {
+    throw InputError("-lattice_dilution", reader.text("-lattice_dilution"),
+                     find_option("-lattice_dilution").allowed);
+  }
+  options.seed = reader.listed_number("-seed", std::uint64_t{0});
+  return options;
+}
+
+NetworkOptions read_network(Reader& reader) {
+  NetworkOptions options;
+  options.from_file = reader.choice("-lattice", {std::pair{"triangular", false}, {"file", true}});
+  if (!options.from_file || reader.given("-model")) {
+    options.model = reader.choice("-model", {std::pair{"spring", Model::spring}, {"fuse", Model::fuse}});
+  }
+  options.grips =
+      reader.choice("-grips", {std::pair{"sliding", Grips::sliding}, {"clamped", Grips::clamped}});
+  if (options.from_file) {
+    options.file = reader.text("-lattice_file");
+    if (options.file.empty())
+      throw InputError("-lattice_file", "not given", find_option("-lattice_file").allowed);
+    return options;
+  }
+  options.size = reader.listed_number("-lattice_size", 1);
+  if (options.size > kLargestSize) {
+    throw InputError("-lattice_size", std::to_string(options.size), find_option("-lattice_size").allowed);
+  }
+  options.row_spacing = reader.positive("-lattice_row_spacing");
+  if (options.row_spacing < kLeastRowSpacing || options.row_spacing > kLargestRowSpacing) {
+    throw InputError("-lattice_row_spacing", reader.text("-lattice_row_spacing"),
+                     find_option("-lattice_row_spacing").allowed);
+  }
+  options.stiffness = read_stiffness(reader);
+  return options;
+}
+
+DisorderOptions read_disorder(Reader& reader, bool network_from_file) {
+  DisorderOptions options;
+  options.from_file = reader.text("-disorder") == "file";
+  if (options.from_file && !network_from_file)
+    throw InputError("-disorder", "file", "uniform, power or constant without -lattice file");
+  if (options.from_file) return options;
+  options.thresholds = reader.choice("-disorder", {std::pair{"uniform", Thresholds::uniform},
+                                                   {"power", Thresholds::power},
+                                                   {"constant", Thresholds::constant}});
+  if (options.thresholds == Thresholds::power) options.exponent = reader.positive("-disorder_exponent");
+  options.zero_share = reader.number("-disorder_zero_share", 0.0);
+  if (options.zero_share > 1) {
+    throw InputError("-disorder_zero_share", reader.text("-disorder_zero_share"),
+                     find_option("-disorder_zero_share").allowed);
+  }
+  options.seed = reader.listed_number("-seed", std::uint64_t{0});
+  return options;
+}
+
+StopRule read_stop(Reader& reader) {
+  const std::string value = reader.text("-stop");
+  const std::size_t equals = value.find('=');
+  const std::string kind = value.substr(0, equals);
+  const std::string digits = equals == std::string::npos ? "" : value.substr(equals + 1);
+  if (value == "failure") return {};
+  if (kind == "breaks") {
+    return {StopRule::Kind::breaks, static_cast<double>(Reader::parse("-stop", value, digits, 0))};
+  }
+  const double limit = Reader::parse("-stop", value, digits, 0.0);
+  if (kind == "stiffness" && limit <= 1) return {StopRule::Kind::stiffness, limit};
+  if (kind == "displacement") return {StopRule::Kind::displacement, limit};
+  throw InputError("-stop", value, find_option("-stop").allowed);
+}
+
+RecordOptions read_record(Reader& reader) {
+  RecordOptions record;
+  record.breaks = false;
+  const std::string list = reader.text("-record");
+  const std::initializer_list<std::pair<const char*, bool*>> parts = {{"breaks", &record.breaks},
+                                                                      {"profile", &record.profile},
+                                                                      {"snapshot", &record.snapshot},
+                                                                      {"network", &record.network}};
+  for (const std::string& word : list == "none" ? std::vector<std::string>{} : split(list)) {
+    const auto part = std::ranges::find(parts, word, [](const auto& p) { return std::string(p.first); });
+    if (part == parts.end()) throw InputError("-record", list, find_option("-record").allowed);
+    *part->second = true;
+  }
+  if (record.profile && reader.given("-record_profile_height"))
+    record.profile_height = reader.positive("-record_profile_height");
+  if (!record.snapshot) return record;
+  const std::string numbers = reader.text("-record_snapshot_at");
+  for (const std::string& word : split(numbers)) {
+    record.snapshot_at.push_back(Reader::parse("-record_snapshot_at", numbers, word, 1));
+  }
+  if (record.snapshot_at.empty()) {
+    throw InputError("-record_snapshot_at", "not given", find_option("-record_snapshot_at").allowed);
+  }
+  std::ranges::sort(record.snapshot_at);
+  return record;
+}
+
+/// paper.h5 of the sizes 8 and 16: paper_8.h5, paper_16.h5.
+std::string output_of_size(const std::string& path, int size) {
+  const std::filesystem::path whole(path);
+  const std::string name = whole.stem().string() + "_" + std::to_string(size) + whole.extension().string();
+  return (whole.parent_path() / name).string();
+}
+
+OutputOptions read_output(Reader& reader) {
+  OutputOptions options;
+  options.path = reader.text("-output");
+  options.resume = reader.flag("-resume");
+  options.overwrite = reader.flag("-overwrite");
+  if (options.resume && options.overwrite) throw InputError("-overwrite", "with -resume", "one of the two");
+  options.record = read_record(reader);
+  return options;
+}
+
+EnsembleOptions read_ensemble(Reader& reader) {
+  EnsembleOptions options;
+  options.samples = reader.listed_number("-samples", std::int64_t{1});
+  options.first_sample = reader.listed_number("-first_sample", std::int64_t{0});
+  options.ranks_per_sample = reader.number("-ensemble_ranks_per_sample", 1);
+  options.checkpoint_every = reader.number("-checkpoint_every", 0.0);
+  options.checkpoint_breaks = reader.number("-checkpoint_breaks", std::int64_t{0});
+  options.stop = read_stop(reader);
+  options.monitor =
+      reader.choice("-monitor", {std::pair{"auto", Monitor::automatic}, {"none", Monitor::none}});
+  if (options.samples > kMostSamples ||
+      options.first_sample > std::numeric_limits<std::int64_t>::max() - kMostSamples) {
+    throw InputError("-first_sample " + std::to_string(options.first_sample) + " -samples",
+                     std::to_string(options.samples), "at most 1e9 samples, each with a number of 64 bits");
+  }
+  return options;
+}
+
+/// Those that every processor of the run has: a sample's bits must not depend on who breaks it. Collective.
+std::span<const TreeKernels* const> common_kernels() {
+  const auto own = tree_kernels();  // the fastest first; who runs one runs those after it
+  auto fewest = static_cast<int>(own.size());
+  petsc::check(MPI_Allreduce(MPI_IN_PLACE, &fewest, 1, MPI_INT, MPI_MIN, PETSC_COMM_WORLD));
+  return own.last(static_cast<std::size_t>(fewest));
+}
+
+/// What `auto` stands for is noted by its name: a run that goes on elsewhere must have the same last bits.
+const TreeKernels* read_kernels(Reader& reader) {
+  const char* const name = "-equilibrium_tree_kernels";
+  const std::string value = reader.text(name);
+  std::string allowed = "auto";
+  for (const TreeKernels* kernels : common_kernels()) {
+    if (value == "auto" || value == kernels->name) {
+      (void)reader.note(name, kernels->name);
+      return kernels;
+    }
+    allowed.append(", ").append(kernels->name);
+  }
+  throw InputError(name, value, allowed + " (what this processor has)");
+}
+
+/// Tells of a KSP that only a .petscrc or PETSC_OPTIONS wants, which one forgets.
+std::string note_unasked_solver() {
+  std::string note;
+  for (const GivenOption& option : given_options()) {
+    if (!reaches_solver(option.name)) continue;
+    if (option.asked) return "";
+    note = option.name + " in " + option.place + " asks for a KSP: -equilibrium is ksp, not tree";
+  }
+  return note;
+}
+
+void read_strategy(Reader& reader, Scene& scene) {
+  // who names a KSP or a PC, if only to view it, wants it used; and no other strategy shares a sample
+  const bool shared = scene.ensemble.ranks_per_sample > 1;
+  const bool named = reader.given("-equilibrium") || (solver_options().empty() && !shared);
+  if (!named && !shared) scene.note = note_unasked_solver();
+  scene.equilibrium.strategy = named ? reader.text("-equilibrium") : reader.note("-equilibrium", "ksp");
+  if (shared && scene.equilibrium.strategy != "ksp") {
+    throw InputError("-ensemble_ranks_per_sample", std::to_string(scene.ensemble.ranks_per_sample),
+                     "1 with -equilibrium " + scene.equilibrium.strategy + ", more with ksp");
+  }
+  scene.equilibrium.check_every = reader.number("-equilibrium_check", std::int64_t{0});
+  if (scene.equilibrium.check_every > 0) {
+    scene.equilibrium.check_bound = reader.positive("-equilibrium_check_bound");
+  }
+  if (scene.equilibrium.strategy == "ksp") {
+    scene.equilibrium.refactor_every = reader.number("-equilibrium_refactor_every", 1);
+  }
+  if (scene.equilibrium.strategy != "tree") return;
+  scene.equilibrium.kernels = read_kernels(reader);
+  scene.equilibrium.verify = reader.flag("-equilibrium_tree_verify");
+  scene.tree_view = reader.flag("-equilibrium_tree_view");
+}
+
+}  // namespace
+
+const std::string& help_text(bool comparison) {
+  static const std::string text = format_help(comparison);
+  return text;
+}
+
+namespace {
+
+/// Whether every sample of the run has thresholds; of drawn ones, only the first is tried.
+void check_thresholds(const Scene& scene, const IntactNetwork& intact) {
+  if (!scene.disorder.from_file) return;
+  if (intact.threshold.empty()) {
+    throw InputError("-disorder", "file",
+                     "uniform: " + scene.network.file + " has no /network/bonds/threshold");
+  }
+  const std::size_t rows = intact.threshold.size() / intact.network.lattice.bond.size();
+  const std::int64_t samples = scene.ensemble.samples;
+  if (rows == 1 && samples == 1) return;
+  if (rows == 1) {
+    throw InputError(
+        "-samples", std::to_string(samples),
+        "1 with -disorder file and a /network/bonds/threshold of one row: every sample is the same");
+  }
+  if (scene.ensemble.first_sample + samples > static_cast<std::int64_t>(rows)) {
+    throw InputError("-first_sample " + std::to_string(scene.ensemble.first_sample) + " -samples",
+                     std::to_string(samples),
+                     "samples 0 to " + std::to_string(rows - 1) +
+                         ", the rows of /network/bonds/threshold in " + scene.network.file);
+  }
+}
+
+/// Height of a profile's sections.
+double section_height(const Scene& scene, const IntactNetwork& intact) {
+  if (!scene.output.record.profile) return 1;
+  double height = scene.output.record.profile_height;
+  if (height == 0) {
+    height =
+        scene.network.from_file ? usual_section_height(intact.network.lattice) : scene.network.row_spacing;
+  }
+  check_section_height(intact.network.lattice, height);
+  return height;
+}
+
+/// As many digits as it takes to read the same number back.
+std::string shortest(double value) {
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
+}
+
+Scene read_scene(Reader reader) {
+  Scene scene;
+  scene.help = reader.given("-help");
+  scene.network = read_network(reader);
+  scene.disorder = read_disorder(reader, scene.network.from_file);
+  scene.equilibrium.break_on =
+      reader.choice("-break_on", {std::pair{"magnitude", BreakOn::magnitude}, {"tension", BreakOn::tension}});
+  scene.ensemble = read_ensemble(reader);
+  read_strategy(reader, scene);
+  scene.equilibrium.many_samples = scene.ensemble.samples > 1;
+  scene.output = read_output(reader);
+  if (reader.parts() > 1) {
+    scene.output.path = reader.note("-output", output_of_size(scene.output.path, scene.network.size));
+  }
+  scene.options = solver_options();
+  for (const auto& [name, value] : reader.used()) scene.options[name] = value;
+  return scene;
+}
+
+/// How many sizes the run has.
+std::size_t count_sizes() {
+  Reader reader;
+  if (reader.text("-lattice") == "file") return 1;
+  return std::max<std::size_t>(1, split(reader.text("-lattice_size")).size());
+}
+
+}  // namespace
+
+std::vector<Scene> read_scenes() {
+  reject_stray_words();
+  std::vector<Scene> scenes;
+  std::set<int> sizes;
+  const std::size_t parts = count_sizes();
+  for (std::size_t part = 0; part < parts; ++part) {
+    scenes.push_back(read_scene(Reader(part, parts)));
+    if (!sizes.insert(scenes.back().network.size).second) {
+      throw InputError("-lattice_size", Reader().text("-lattice_size"), "every size once");
+    }
+  }
+  return scenes;
+}
+
+EquilibriumOptions read_strategy() {
+  Reader reader;
+  Scene scene;
+  read_strategy(reader, scene);
+  return scene.equilibrium;
+}
+
+std::string format_options(const std::map<std::string, std::string>& options) {
+  std::string text;
+  for (const auto& [name, value] : options) text.append(name).append(" ").append(value).append("\n");
+  return text;
+}
+
+Run make_run(const Scene& scene, const IntactNetwork& intact, const RunHeader& header) {
+  (void)make_thresholds(scene, intact);
+  return {.network = intact.network,
+          .equilibrium = scene.equilibrium,
+          .ensemble = scene.ensemble,
+          .disorder = scene.disorder,
+          .output = scene.output,
+          .header = header,
+          .threshold = intact.threshold,
+          .section_height = section_height(scene, intact)};
+}
+
+RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
+  RunHeader header;
+  auto options = scene.options;
+  options["-model"] = intact.network.model == Model::fuse ? "fuse" : "spring";
+  if (scene.network.from_file && scene.output.record.profile)
+    options["-record_profile_height"] = shortest(section_height(scene, intact));
+  header.options = format_options(options);
+  header.nodes = intact.network.lattice.nodes();
+  header.components = intact.network.components;
+  header.bonds = intact.network.bonds();
+  if (scene.network.from_file) header.checksum = checksum(intact);
+  if (!scene.output.record.network) return header;
+  header.network = &intact.network;
+  if (scene.disorder.from_file) header.threshold = intact.threshold;
+  if (!scene.disorder.from_file && scene.ensemble.samples == 1)
+    header.threshold = make_thresholds(scene, intact);
+  return header;
+}
+
+std::vector<double> make_thresholds(const Scene& scene, const IntactNetwork& intact) {
+  check_thresholds(scene, intact);
+  const std::size_t bonds = intact.network.lattice.bond.size();
+  std::vector<double> threshold(bonds);
+  if (!scene.disorder.from_file) {
+    draw_thresholds(scene.disorder, scene.ensemble.first_sample, threshold);
+    return threshold;
+  }
+  const bool one_row = intact.threshold.size() == bonds;
+  const auto row = intact.threshold.begin() +
+                   (one_row ? 0 : scene.ensemble.first_sample * static_cast<std::ptrdiff_t>(bonds));
+  std::copy_n(row, bonds, threshold.begin());
+  return threshold;
+}
+
+}  // namespace crackle
