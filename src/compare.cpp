@@ -17,7 +17,7 @@
 #include "crackle/compare/compare_strategy.hpp"
 #include "crackle/compare/compare_table.hpp"
 #include "crackle/equilibrium/ksp/preconditioner.hpp"
-#include "crackle/scene/option_text.hpp"
+#include "crackle/scene/option_table.hpp"
 
 namespace {
 
@@ -63,7 +63,9 @@ int main(int argc, char** argv) {
     }
     crackle::unify_help(argc, argv);
     crackle::check_options(argc, argv);
-    const crackle::petsc::Session session(argc, argv, crackle::help_text(true).c_str());
+    crackle::use_options(crackle::compare_options());
+    const std::string help = crackle::format_help();
+    const crackle::petsc::Session session(argc, argv, help.c_str());
     try {
       compare_strategies();
       return 0;

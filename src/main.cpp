@@ -21,7 +21,7 @@
 #include "crackle/equilibrium/ksp/preconditioner.hpp"
 #include "crackle/equilibrium/tree/equilibrium_tree.hpp"
 #include "crackle/network/network_file.hpp"
-#include "crackle/scene/option_text.hpp"
+#include "crackle/scene/option_table.hpp"
 #include "crackle/scene/scene.hpp"
 
 namespace {
@@ -169,7 +169,8 @@ int main(int argc, char** argv) {
     }
     crackle::unify_help(argc, argv);
     crackle::check_options(argc, argv);
-    const crackle::petsc::Session session(argc, argv, crackle::help_text(false).c_str());
+    const std::string help = crackle::format_help();
+    const crackle::petsc::Session session(argc, argv, help.c_str());
     try {
       return break_lattices();
     } catch (const std::exception& error) {

@@ -11,7 +11,7 @@
 #include <numeric>
 
 #include "crackle/base/error.hpp"
-#include "crackle/scene/option_text.hpp"
+#include "crackle/scene/option_table.hpp"
 #include "crackle/scene/scene.hpp"
 
 namespace crackle {

@@ -5,9 +5,9 @@
 #include <sstream>
 
 #include "crackle/base/error.hpp"
+#include "crackle/base/option_database.hpp"
 #include "crackle/base/option_files.hpp"
 #include "crackle/base/petsc_handle.hpp"
-#include "crackle/scene/option_text.hpp"
 
 namespace crackle {
 

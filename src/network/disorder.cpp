@@ -15,8 +15,6 @@ namespace crackle {
 namespace {
 
 constexpr std::int64_t kStiffnessSample = -1;  // no sample has that number
-constexpr double kInclusionRadius = 1.0 / 6;   // in heights of the lattice
-constexpr double kBandHalf = 0.1;
 
 /// Two independent numbers, uniform on [0, 1).
 std::array<double, 2> draw(std::uint64_t seed, std::int64_t sample, std::uint64_t bond) {
@@ -25,55 +23,44 @@ std::array<double, 2> draw(std::uint64_t seed, std::int64_t sample, std::uint64_
   return {static_cast<double>(words[0] >> 11) * 0x1p-53, static_cast<double>(words[1] >> 11) * 0x1p-53};
 }
 
-/// Whether both ends of a bond are where `inside` says.
-template <class Inside>
-bool both_ends(const Lattice& lattice, std::size_t bond, Inside inside) {
-  return std::ranges::all_of(lattice.bond[bond], [&](NodeId node) { return inside(lattice.position[node]); });
+bool in_range(double threshold) {
+  return threshold >= kLeastThreshold && threshold <= kLargestThreshold;
 }
 
-double stiffness_of(const StiffnessOptions& options, const Lattice& lattice, std::size_t bond, double r) {
-  const double height = lattice.position.back().y;
-  const Vector2 centre{lattice.period_x / 2, height / 2};
-  switch (options.kind) {
-    case StiffnessKind::uniform:
-      return 1;
-    case StiffnessKind::random:
-      return std::pow(options.contrast, -r);
-    case StiffnessKind::inclusion:
-      return both_ends(lattice, bond,
-                       [&](Vector2 p) {
-                         return std::hypot(p.x - centre.x, p.y - centre.y) <= kInclusionRadius * height;
-                       })
-                 ? options.contrast
-                 : 1;
-    case StiffnessKind::band:
-      return both_ends(lattice, bond,
-                       [&](Vector2 p) { return std::abs(p.y - centre.y) <= kBandHalf * height; })
-                 ? 1 / options.contrast
-                 : 1;
+/// The exponent nearest to the one given with which the law keeps these numbers in range: 1 does.
+double last_exponent_in_range(const DisorderOptions& options, double r) {
+  double good = 1;
+  double bad = options.exponent;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = std::sqrt(good * bad);
+    (in_range(options.law->threshold(r, middle)) ? good : bad) = middle;
   }
-  return 1;
+  return good;
 }
 
-/// Names the smallest of the sample's numbers, which says how large D may be.
+/// Names the bond of the sample that allows least.
 [[noreturn]] void refuse_exponent(const DisorderOptions& options, std::int64_t sample, std::size_t bonds) {
-  double least = 1;
+  const bool too_large = options.exponent > 1;
+  double allowed = options.exponent;
   std::size_t where = 0;
+  double where_r = 0;
   for (std::size_t bond = 0; bond < bonds; ++bond) {
     const double r = draw(options.seed, sample, bond)[0];
-    if (r > 0 && r < least) {
-      least = r;
-      where = bond;
-    }
+    if (r == 0 || in_range(options.law->threshold(r, options.exponent))) continue;
+    const double last = last_exponent_in_range(options, r);
+    if (too_large ? last >= allowed : last <= allowed) continue;
+    allowed = last;
+    where = bond;
+    where_r = r;
   }
-  std::array<char, 160> allowed{};
-  std::snprintf(allowed.data(), allowed.size(),
-                "a number up to %.4g for sample %lld, whose bond %zu has r = %.4g: r^D must be from %g",
-                std::log(kLeastThreshold) / std::log(least), static_cast<long long>(sample), where, least,
-                kLeastThreshold);
+  std::array<char, 200> text{};
+  std::snprintf(text.data(), text.size(),
+                "a number %s %.4g for sample %lld, whose bond %zu has r = %.4g: %s must be from %g to %g",
+                too_large ? "up to" : "from", allowed, static_cast<long long>(sample), where, where_r,
+                options.law->meaning, kLeastThreshold, kLargestThreshold);
   std::array<char, 32> value{};
   std::snprintf(value.data(), value.size(), "%.10g", options.exponent);
-  throw InputError("-disorder_exponent", value.data(), allowed.data());
+  throw InputError("-disorder_exponent", value.data(), text.data());
 }
 
 }  // namespace
@@ -86,23 +73,20 @@ void draw_thresholds(const DisorderOptions& options, std::int64_t sample, std::s
   for (std::size_t bond = 0; bond < threshold.size(); ++bond) {
     const auto [r, luck] = draw(options.seed, sample, bond);
     double& t = threshold[bond];
-    t = r;
-    if (options.thresholds == Thresholds::power) t = std::pow(r, options.exponent);
-    if (options.thresholds == Thresholds::constant) t = 1;
-    if (luck < options.zero_share) {
-      t = 0;
-    } else if (t < kLeastThreshold && r > 0) {
+    t = luck < options.zero_share ? 0 : options.law->threshold(r, options.exponent);
+    if (luck >= options.zero_share && r > 0 && !in_range(t)) {
       refuse_exponent(options, sample, threshold.size());
     }
   }
 }
 
 std::vector<double> draw_stiffness(const StiffnessOptions& options, const Lattice& lattice) {
-  if (options.kind == StiffnessKind::uniform && options.dilution == 0) return {};
+  if (!options.law->contrasts && options.dilution == 0) return {};
   std::vector<double> stiffness(lattice.bond.size());
   for (std::size_t bond = 0; bond < stiffness.size(); ++bond) {
     const auto [r, luck] = draw(options.seed, kStiffnessSample, bond);
-    stiffness[bond] = luck < options.dilution ? 0 : stiffness_of(options, lattice, bond, r);
+    stiffness[bond] =
+        luck < options.dilution ? 0 : options.law->stiffness(lattice, bond, options.contrast, r);
   }
   return stiffness;
 }

@@ -110,6 +110,13 @@ NetworkFile read_group(hid_t file) {
   return result;
 }
 
+void check_rigid(const LatticeKind& lattice, Model model) {
+  if (model == Model::fuse || lattice.floppy == nullptr) return;
+  throw InputError(
+      "-lattice", lattice.name,
+      std::string("a lattice that springs make rigid (in this one ") + lattice.floppy + "), or -model fuse");
+}
+
 template <class T, class Pair>
 std::vector<T> flatten(const std::vector<Pair>& pairs) {
   std::vector<T> values;
@@ -133,9 +140,10 @@ NetworkFile read_network_file(const std::string& path) {
 }
 
 IntactNetwork load_network(const NetworkOptions& options) {
-  if (!options.from_file) {
+  if (options.lattice != nullptr) {
     const Model model = options.model.value_or(Model::spring);
-    Lattice lattice = triangular_lattice(options.size, options.row_spacing);
+    check_rigid(*options.lattice, model);
+    Lattice lattice = options.lattice->make(options.size, options.row_spacing);
     std::vector<double> stiffness = draw_stiffness(options.stiffness, lattice);
     return {make_network(std::move(lattice), model, options.grips, std::move(stiffness)), {}};
   }

@@ -6,7 +6,6 @@
 
 #include "crackle/base/error.hpp"
 #include "crackle/record/run_merge.hpp"
-#include "crackle/scene/option_text.hpp"
 
 namespace crackle {
 
@@ -55,7 +54,7 @@ void RunFile::resume() {
 
 void RunFile::check_scene(const std::string& path) const {
   const RunHeader theirs = read_header(path);
-  const std::string differing = differing_options(header_.options, theirs.options);
+  const std::string differing = differing_options(header_, theirs);
   if (!differing.empty()) {
     throw InputError("-resume of " + options_.path + " with " + differing, "",
                      "the options it was begun with");

@@ -11,7 +11,6 @@
 #include "crackle/base/output_lock.hpp"
 #include "crackle/record/run_records.hpp"
 #include "crackle/record/shards.hpp"
-#include "crackle/scene/option_text.hpp"
 
 namespace crackle {
 
@@ -58,7 +57,7 @@ std::vector<std::string> files_of(const std::string& run) {
 void check_one_scene(const std::string& first, const std::string& other) {
   const RunHeader ours = read_header(first);
   const RunHeader theirs = read_header(other);
-  const std::string differing = differing_options(theirs.options, ours.options);
+  const std::string differing = differing_options(theirs, ours);
   if (!differing.empty()) {
     throw InputError(other + " has " + differing, "",
                      "runs that differ in their samples alone (" + first + ")");

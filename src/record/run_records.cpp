@@ -194,6 +194,8 @@ RunHeader read_head(hid_t file) {
   check_schema(file);
   RunHeader header;
   header.options = hdf5::read_text(file, "options");
+  std::istringstream deciding(hdf5::read_text(file, "deciding_options"));
+  for (std::string name; std::getline(deciding, name);) header.deciding.push_back(name);
   if (hdf5::has_attribute(file, "network_checksum")) {
     header.checksum = hdf5::read_text(file, "network_checksum");
   }
@@ -261,6 +263,9 @@ void write_head(hid_t file, const RunHeader& header) {
   hdf5::write_attribute(file, "schema_version", kSchemaVersion);
   hdf5::write_attribute(file, "code_version", std::string(kVersion));
   hdf5::write_attribute(file, "options", header.options);
+  std::string deciding;
+  for (const std::string& name : header.deciding) deciding += name + "\n";
+  hdf5::write_attribute(file, "deciding_options", deciding);
   hdf5::write_attribute(file, "created", now());
   for (const auto& [name, count] :
        {std::pair{"nodes", header.nodes}, std::pair{"components", header.components},
@@ -339,14 +344,6 @@ RunHeader read_header(const std::string& path) {
 
 RecordOptions read_parts(const std::string& path) {
   return read_from(path, [](hid_t file) { return find_parts(file); });
-}
-
-std::string option_value(const std::string& options, const std::string& name) {
-  const std::string text = "\n" + options;
-  const std::size_t at = text.find("\n" + name + " ");
-  if (at == std::string::npos) return "";
-  const std::size_t start = at + name.size() + 2;
-  return text.substr(start, text.find('\n', start) - start);
 }
 
 }  // namespace crackle

@@ -13,8 +13,9 @@
 #include "crackle/base/petsc_handle.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
 #include "crackle/record/observe_profile.hpp"
+#include "crackle/scene/choices.hpp"
 #include "crackle/scene/option_reader.hpp"
-#include "crackle/scene/option_text.hpp"
+#include "crackle/scene/option_table.hpp"
 
 namespace crackle {
 
@@ -24,49 +25,26 @@ constexpr std::int64_t kMostSamples = 1'000'000'000;
 
 StiffnessOptions read_stiffness(Reader& reader) {
   StiffnessOptions options;
-  options.kind = reader.choice("-stiffness", {std::pair{"uniform", StiffnessKind::uniform},
-                                              {"random", StiffnessKind::random},
-                                              {"inclusion", StiffnessKind::inclusion},
-                                              {"band", StiffnessKind::band}});
-  if (options.kind != StiffnessKind::uniform) {
-    options.contrast = reader.number("-stiffness_contrast", 1.0);
-    if (options.contrast > kLargestStiffness) {
-      throw InputError("-stiffness_contrast", reader.text("-stiffness_contrast"),
-                       find_option("-stiffness_contrast").allowed);
-    }
-  }
-  options.dilution = reader.number("-lattice_dilution", 0.0);
-  if (options.dilution >= 1) {
-    throw InputError("-lattice_dilution", reader.text("-lattice_dilution"),
-                     find_option("-lattice_dilution").allowed);
-  }
-  options.seed = reader.listed_number("-seed", std::uint64_t{0});
+  options.law = &reader.choice("-stiffness", stiffness_laws());
+  if (options.law->contrasts) options.contrast = reader.number<double>("-stiffness_contrast");
+  options.dilution = reader.number<double>("-lattice_dilution");
+  options.seed = reader.listed_number<std::uint64_t>("-seed");
   return options;
 }
 
 NetworkOptions read_network(Reader& reader) {
   NetworkOptions options;
-  options.from_file = reader.choice("-lattice", {std::pair{"triangular", false}, {"file", true}});
-  if (!options.from_file || reader.given("-model")) {
-    options.model = reader.choice("-model", {std::pair{"spring", Model::spring}, {"fuse", Model::fuse}});
-  }
-  options.grips =
-      reader.choice("-grips", {std::pair{"sliding", Grips::sliding}, {"clamped", Grips::clamped}});
-  if (options.from_file) {
+  const bool from_file = reader.text("-lattice") == "file";
+  options.lattice = from_file ? nullptr : &reader.choice("-lattice", lattice_kinds());
+  if (!from_file || reader.given("-model")) options.model = reader.choice("-model", kModels).value;
+  options.grips = reader.choice("-grips", kGrips).value;
+  if (from_file) {
     options.file = reader.text("-lattice_file");
-    if (options.file.empty())
-      throw InputError("-lattice_file", "not given", find_option("-lattice_file").allowed);
+    if (options.file.empty()) throw InputError("-lattice_file", "not given", allowed_of("-lattice_file"));
     return options;
   }
-  options.size = reader.listed_number("-lattice_size", 1);
-  if (options.size > kLargestSize) {
-    throw InputError("-lattice_size", std::to_string(options.size), find_option("-lattice_size").allowed);
-  }
-  options.row_spacing = reader.positive("-lattice_row_spacing");
-  if (options.row_spacing < kLeastRowSpacing || options.row_spacing > kLargestRowSpacing) {
-    throw InputError("-lattice_row_spacing", reader.text("-lattice_row_spacing"),
-                     find_option("-lattice_row_spacing").allowed);
-  }
+  options.size = reader.listed_number<int>("-lattice_size");
+  options.row_spacing = reader.number<double>("-lattice_row_spacing");
   options.stiffness = read_stiffness(reader);
   return options;
 }
@@ -74,19 +52,14 @@ NetworkOptions read_network(Reader& reader) {
 DisorderOptions read_disorder(Reader& reader, bool network_from_file) {
   DisorderOptions options;
   options.from_file = reader.text("-disorder") == "file";
-  if (options.from_file && !network_from_file)
-    throw InputError("-disorder", "file", "uniform, power or constant without -lattice file");
-  if (options.from_file) return options;
-  options.thresholds = reader.choice("-disorder", {std::pair{"uniform", Thresholds::uniform},
-                                                   {"power", Thresholds::power},
-                                                   {"constant", Thresholds::constant}});
-  if (options.thresholds == Thresholds::power) options.exponent = reader.positive("-disorder_exponent");
-  options.zero_share = reader.number("-disorder_zero_share", 0.0);
-  if (options.zero_share > 1) {
-    throw InputError("-disorder_zero_share", reader.text("-disorder_zero_share"),
-                     find_option("-disorder_zero_share").allowed);
+  if (options.from_file && !network_from_file) {
+    throw InputError("-disorder", "file", any_of(names_of(threshold_laws())) + " without -lattice file");
   }
-  options.seed = reader.listed_number("-seed", std::uint64_t{0});
+  if (options.from_file) return options;
+  options.law = &reader.choice("-disorder", threshold_laws());
+  if (options.law->exponent != nullptr) options.exponent = reader.number<double>("-disorder_exponent");
+  options.zero_share = reader.number<double>("-disorder_zero_share");
+  options.seed = reader.listed_number<std::uint64_t>("-seed");
   return options;
 }
 
@@ -97,12 +70,14 @@ StopRule read_stop(Reader& reader) {
   const std::string digits = equals == std::string::npos ? "" : value.substr(equals + 1);
   if (value == "failure") return {};
   if (kind == "breaks") {
-    return {StopRule::Kind::breaks, static_cast<double>(Reader::parse("-stop", value, digits, 0))};
+    if (const auto limit = Reader::parse_within<int>(digits, allow::integer(0)))
+      return {StopRule::Kind::breaks, static_cast<double>(*limit)};
   }
-  const double limit = Reader::parse("-stop", value, digits, 0.0);
-  if (kind == "stiffness" && limit <= 1) return {StopRule::Kind::stiffness, limit};
-  if (kind == "displacement") return {StopRule::Kind::displacement, limit};
-  throw InputError("-stop", value, find_option("-stop").allowed);
+  const double most = kind == "stiffness" ? 1 : kNoBound;
+  const auto limit = Reader::parse_within<double>(digits, allow::number(0, most));
+  if (kind == "stiffness" && limit) return {StopRule::Kind::stiffness, *limit};
+  if (kind == "displacement" && limit) return {StopRule::Kind::displacement, *limit};
+  throw InputError("-stop", value, allowed_of("-stop"));
 }
 
 RecordOptions read_record(Reader& reader) {
@@ -115,18 +90,20 @@ RecordOptions read_record(Reader& reader) {
                                                                       {"network", &record.network}};
   for (const std::string& word : list == "none" ? std::vector<std::string>{} : split(list)) {
     const auto part = std::ranges::find(parts, word, [](const auto& p) { return std::string(p.first); });
-    if (part == parts.end()) throw InputError("-record", list, find_option("-record").allowed);
+    if (part == parts.end()) throw InputError("-record", list, allowed_of("-record"));
     *part->second = true;
   }
   if (record.profile && reader.given("-record_profile_height"))
-    record.profile_height = reader.positive("-record_profile_height");
+    record.profile_height = reader.number<double>("-record_profile_height");
   if (!record.snapshot) return record;
   const std::string numbers = reader.text("-record_snapshot_at");
   for (const std::string& word : split(numbers)) {
-    record.snapshot_at.push_back(Reader::parse("-record_snapshot_at", numbers, word, 1));
+    const auto at = Reader::parse_within<std::int32_t>(word, allow::integer(1));
+    if (!at) throw InputError("-record_snapshot_at", numbers, allowed_of("-record_snapshot_at"));
+    record.snapshot_at.push_back(*at);
   }
   if (record.snapshot_at.empty()) {
-    throw InputError("-record_snapshot_at", "not given", find_option("-record_snapshot_at").allowed);
+    throw InputError("-record_snapshot_at", "not given", allowed_of("-record_snapshot_at"));
   }
   std::ranges::sort(record.snapshot_at);
   return record;
@@ -151,14 +128,13 @@ OutputOptions read_output(Reader& reader) {
 
 EnsembleOptions read_ensemble(Reader& reader) {
   EnsembleOptions options;
-  options.samples = reader.listed_number("-samples", std::int64_t{1});
-  options.first_sample = reader.listed_number("-first_sample", std::int64_t{0});
-  options.ranks_per_sample = reader.number("-ensemble_ranks_per_sample", 1);
-  options.checkpoint_every = reader.number("-checkpoint_every", 0.0);
-  options.checkpoint_breaks = reader.number("-checkpoint_breaks", std::int64_t{0});
+  options.samples = reader.listed_number<std::int64_t>("-samples");
+  options.first_sample = reader.listed_number<std::int64_t>("-first_sample");
+  options.ranks_per_sample = reader.number<int>("-ensemble_ranks_per_sample");
+  options.checkpoint_every = reader.number<double>("-checkpoint_every");
+  options.checkpoint_breaks = reader.number<std::int64_t>("-checkpoint_breaks");
   options.stop = read_stop(reader);
-  options.monitor =
-      reader.choice("-monitor", {std::pair{"auto", Monitor::automatic}, {"none", Monitor::none}});
+  options.monitor = reader.choice("-monitor", kMonitors).value;
   if (options.samples > kMostSamples ||
       options.first_sample > std::numeric_limits<std::int64_t>::max() - kMostSamples) {
     throw InputError("-first_sample " + std::to_string(options.first_sample) + " -samples",
@@ -211,27 +187,18 @@ void read_strategy(Reader& reader, Scene& scene) {
     throw InputError("-ensemble_ranks_per_sample", std::to_string(scene.ensemble.ranks_per_sample),
                      "1 with -equilibrium " + scene.equilibrium.strategy + ", more with ksp");
   }
-  scene.equilibrium.check_every = reader.number("-equilibrium_check", std::int64_t{0});
+  scene.equilibrium.check_every = reader.number<std::int64_t>("-equilibrium_check");
   if (scene.equilibrium.check_every > 0) {
-    scene.equilibrium.check_bound = reader.positive("-equilibrium_check_bound");
+    scene.equilibrium.check_bound = reader.number<double>("-equilibrium_check_bound");
   }
   if (scene.equilibrium.strategy == "ksp") {
-    scene.equilibrium.refactor_every = reader.number("-equilibrium_refactor_every", 1);
+    scene.equilibrium.refactor_every = reader.number<int>("-equilibrium_refactor_every");
   }
   if (scene.equilibrium.strategy != "tree") return;
   scene.equilibrium.kernels = read_kernels(reader);
   scene.equilibrium.verify = reader.flag("-equilibrium_tree_verify");
   scene.tree_view = reader.flag("-equilibrium_tree_view");
 }
-
-}  // namespace
-
-const std::string& help_text(bool comparison) {
-  static const std::string text = format_help(comparison);
-  return text;
-}
-
-namespace {
 
 /// Whether every sample of the run has thresholds; of drawn ones, only the first is tried.
 void check_thresholds(const Scene& scene, const IntactNetwork& intact) {
@@ -261,8 +228,8 @@ double section_height(const Scene& scene, const IntactNetwork& intact) {
   if (!scene.output.record.profile) return 1;
   double height = scene.output.record.profile_height;
   if (height == 0) {
-    height =
-        scene.network.from_file ? usual_section_height(intact.network.lattice) : scene.network.row_spacing;
+    height = scene.network.lattice == nullptr ? usual_section_height(intact.network.lattice)
+                                              : scene.network.row_spacing;
   }
   check_section_height(intact.network.lattice, height);
   return height;
@@ -278,9 +245,8 @@ Scene read_scene(Reader reader) {
   Scene scene;
   scene.help = reader.given("-help");
   scene.network = read_network(reader);
-  scene.disorder = read_disorder(reader, scene.network.from_file);
-  scene.equilibrium.break_on =
-      reader.choice("-break_on", {std::pair{"magnitude", BreakOn::magnitude}, {"tension", BreakOn::tension}});
+  scene.disorder = read_disorder(reader, scene.network.lattice == nullptr);
+  scene.equilibrium.break_on = reader.choice("-break_on", kBreakOns).value;
   scene.ensemble = read_ensemble(reader);
   read_strategy(reader, scene);
   scene.equilibrium.many_samples = scene.ensemble.samples > 1;
@@ -345,13 +311,16 @@ RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
   RunHeader header;
   auto options = scene.options;
   options["-model"] = intact.network.model == Model::fuse ? "fuse" : "spring";
-  if (scene.network.from_file && scene.output.record.profile)
+  if (scene.network.lattice == nullptr && scene.output.record.profile)
     options["-record_profile_height"] = shortest(section_height(scene, intact));
   header.options = format_options(options);
+  for (const auto& [name, value] : options) {
+    if (decides_results(name)) header.deciding.push_back(name);
+  }
   header.nodes = intact.network.lattice.nodes();
   header.components = intact.network.components;
   header.bonds = intact.network.bonds();
-  if (scene.network.from_file) header.checksum = checksum(intact);
+  if (scene.network.lattice == nullptr) header.checksum = checksum(intact);
   if (!scene.output.record.network) return header;
   header.network = &intact.network;
   if (scene.disorder.from_file) header.threshold = intact.threshold;

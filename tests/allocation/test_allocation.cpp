@@ -9,6 +9,7 @@
 #include "crackle/equilibrium/ksp/pc_updown.hpp"
 #include "crackle/fracture/fracture.hpp"
 #include "crackle/network/lattice.hpp"
+#include "crackle/network/lattices.hpp"
 #include "crackle/record/observe_breaks.hpp"
 #include "crackle/record/observe_profile.hpp"
 #include "support/break_record.hpp"

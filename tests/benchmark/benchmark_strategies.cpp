@@ -28,6 +28,7 @@
 #include "crackle/equilibrium/equilibrium.hpp"
 #include "crackle/equilibrium/ksp/preconditioner.hpp"
 #include "crackle/network/disorder.hpp"
+#include "crackle/network/lattices.hpp"
 #include "crackle/network/matrix_rows.hpp"
 #include "crackle/network/network_matrix.hpp"
 

@@ -24,7 +24,7 @@ VALUES = [
     ("-ensemble_ranks_per_sample", ["0", "-1", "2", "1.5", "x"], "number of processes"),
     ("-checkpoint_every", ["-1", "x", "nan"], "seconds"),
     ("-checkpoint_breaks", ["-1", "1.5", "x"], "an integer from 0"),
-    ("-lattice_row_spacing", ["0", "-1", "abc", "nan", "inf", "1e999", "1,5", "0x1", "1e-51", "1e51", "1e200"], "above 0, from 1e-50 to 1e50"),
+    ("-lattice_row_spacing", ["0", "-1", "abc", "nan", "inf", "1e999", "1,5", "0x1", "1e-51", "1e51", "1e200"], "from 1e-50 to 1e50"),
     ("-stiffness random -stiffness_contrast", ["0", "0.9", "x", "1e101", "inf"], "from 1 to 1e100"),
     ("-grips", ["glued", "1"], "sliding or clamped"),
     ("-break_on", ["compression"], "magnitude or tension"),

@@ -62,7 +62,8 @@ def test_rows_of_samples_follow_from_their_breaks(tmp_path):
 def test_attributes(tmp_path):
     succeed(tmp_path, SMALL)
     found = attributes(tmp_path / OUTPUT)
-    assert found.keys() == {"schema_version", "code_version", "options", "created", "nodes", "components", "bonds"}
+    assert found.keys() == {"schema_version", "code_version", "options", "deciding_options", "created", "nodes",
+                            "components", "bonds"}
     assert found["schema_version"] == 2 and found["bonds"] == 96
     assert [int(number) >= 0 for number in found["code_version"].split(b".")]
     np.datetime64(found["created"].decode().rstrip("Z"))

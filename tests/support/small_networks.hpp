@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "crackle/network/disorder.hpp"
+#include "crackle/network/lattices.hpp"
 #include "crackle/network/network.hpp"
 
 namespace crackle::test {

@@ -7,6 +7,7 @@
 
 #include "crackle/factor/cholmod_factor.hpp"
 #include "crackle/network/disorder.hpp"
+#include "crackle/network/lattices.hpp"
 #include "verification.hpp"
 
 namespace crackle::verification {

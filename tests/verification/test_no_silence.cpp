@@ -12,6 +12,7 @@
 #include "crackle/base/error.hpp"
 #include "crackle/compare/compare_reference.hpp"
 #include "crackle/network/disorder.hpp"
+#include "crackle/network/lattices.hpp"
 #include "support/break_record.hpp"
 #include "verification.hpp"
 

@@ -6,6 +6,7 @@
 #include "crackle/equilibrium/ksp/preconditioner.hpp"
 #include "crackle/factor/cholmod_factor.hpp"
 #include "crackle/network/disorder.hpp"
+#include "crackle/network/lattices.hpp"
 #include "crackle/network/matrix_rows.hpp"
 #include "crackle/network/network_matrix.hpp"
 #include "crackle/record/observe_breaks.hpp"

@@ -2,9 +2,13 @@
 #pragma once
 
 #include "crackle/compare/compare_run.hpp"
+#include "crackle/scene/option_table.hpp"
 #include "crackle/scene/scene.hpp"
 
 namespace crackle {
+
+/// Options of crackle_compare alone.
+[[nodiscard]] std::span<const Option> compare_options();
 
 /// The scene of a comparison. Throws InputError as read_scenes does, and for several sizes.
 [[nodiscard]] Scene read_compared_scene();

@@ -9,15 +9,9 @@
 #include <vector>
 
 #include "crackle/network/lattice.hpp"
+#include "crackle/network/laws.hpp"
 
 namespace crackle {
-
-/// The law of the thresholds; r is uniform on [0, 1).
-enum class Thresholds : std::uint8_t {
-  uniform,   ///< t = r
-  power,     ///< t = r^D
-  constant,  ///< t = 1: every choice is a tie, or decided by the forces alone
-};
 
 /// Between these no ratio of force to threshold, load or displacement leaves the range of doubles while a network carries
 /// 1e-40 of what it did. A threshold may also be 0 (breaks under any force) or infinite (never breaks), a stiffness 0.
@@ -28,22 +22,15 @@ inline constexpr double kLargestThreshold = 1e150;
 
 struct DisorderOptions {
   bool from_file = false;  ///< thresholds of the network file; else drawn
-  Thresholds thresholds = Thresholds::uniform;
-  double exponent = 1;    ///< D of `power`, > 0
+  const ThresholdLaw* law = &threshold_laws().front();
+  double exponent = 1;    ///< > 0, of a law that has one
   double zero_share = 0;  ///< probability that a threshold is 0 instead
   std::uint64_t seed = 1;
 };
 
-/// Which bonds of a generated lattice are stiffer or softer than 1.
-enum class StiffnessKind : std::uint8_t {
-  uniform,    ///< none
-  random,     ///< every bond: log-uniform between 1/contrast and 1
-  inclusion,  ///< contrast for bonds with both ends within a sixth of the height from the centre
-  band,       ///< 1/contrast for bonds with both ends in the middle fifth of the height
-};
-
+/// Of a generated lattice.
 struct StiffnessOptions {
-  StiffnessKind kind = StiffnessKind::uniform;
+  const StiffnessLaw* law = &stiffness_laws().front();
   double contrast = 1;  ///< of the stiffest bond to the softest, >= 1
   double dilution = 0;  ///< probability that a bond is missing (stiffness 0), below 1
   std::uint64_t seed = 1;
@@ -55,7 +42,8 @@ struct StiffnessOptions {
 void draw_uniform_thresholds(std::uint64_t seed, std::int64_t sample, std::span<double> threshold);
 
 /// The same numbers under the law of `options`; the second output word decides who is 0. Throws InputError, naming
-/// -disorder_exponent, bond and sample, for an r > 0 whose power is below kLeastThreshold: bonds would break by number.
+/// -disorder_exponent, bond and sample, for an r > 0 whose threshold is not from kLeastThreshold to kLargestThreshold: bonds
+/// would break by number.
 void draw_thresholds(const DisorderOptions& options, std::int64_t sample, std::span<double> threshold);
 
 /// [M] stiffnesses of one network for all samples: counter (bond, -1). Empty when every one is 1.

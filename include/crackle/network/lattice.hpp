@@ -38,16 +38,6 @@ struct Lattice {
 inline constexpr double kLeastRowSpacing = 1e-50;
 inline constexpr double kLargestRowSpacing = 1e50;
 
-/// The paper's triangular lattice: L+1 rows of L+1 nodes, period L+1 in x, odd rows shifted by 1/2,
-/// row_spacing apart; the bottom and the top row are gripped.
-///
-/// One horizontal bond per node in every row and two inclined bonds from each node to the row above:
-/// (3L+1)(L+1) bonds. They are numbered node by node, row by row upwards: the horizontal bond, the one up
-/// to the right, the one up to the left.
-/// Steps are stated at size 1, where a horizontal bond is half a period long: both of a row lead to the right.
-/// size >= 1, row_spacing from kLeastRowSpacing to kLargestRowSpacing.
-[[nodiscard]] Lattice triangular_lattice(int size, double row_spacing);
-
 /// Directions by the steps; without any, by the nearest image in x of the second node (of two equally near ones,
 /// that at +period/2: see check_directions).
 ///

@@ -17,6 +17,7 @@
 
 #include "crackle/base/hdf5_handle.hpp"
 #include "crackle/network/disorder.hpp"
+#include "crackle/network/lattices.hpp"
 #include "crackle/network/network.hpp"
 
 namespace crackle {
@@ -30,12 +31,12 @@ struct NetworkFile {
 
 /// Where a network comes from: the network options of the command line.
 struct NetworkOptions {
-  bool from_file = false;      ///< read `file`; else a triangular lattice
-  int size = 16;               ///< L
-  double row_spacing = 1;      ///< in lattice spacings along x
-  StiffnessOptions stiffness;  ///< of a generated lattice
-  std::string file;            ///< a network file
-  std::optional<Model> model;  ///< not given: spring, or what the file says
+  const LatticeKind* lattice = &lattice_kinds().front();  ///< null: read `file`
+  int size = 16;                                          ///< L
+  double row_spacing = 1;                                 ///< in lattice spacings along x
+  StiffnessOptions stiffness;                             ///< of a generated lattice
+  std::string file;                                       ///< a network file
+  std::optional<Model> model;                             ///< not given: spring, or what the file says
   Grips grips = Grips::sliding;
 };
 
@@ -45,7 +46,7 @@ struct IntactNetwork {
   std::vector<double> threshold;
 };
 
-/// Generates or reads the network. Throws InputError as read_network_file and make_network do, and when the
+/// Generates or reads the network. Throws InputError for springs on a lattice that is for fuses only, InputError as read_network_file and make_network do, and when the
 /// file's components contradict `model`.
 [[nodiscard]] IntactNetwork load_network(const NetworkOptions& options);
 

@@ -1,6 +1,7 @@
 /// One file of the run file's schema, written and read whole.
 ///
 ///     /                      attributes: schema_version, code_version, options (one "-name value" a line), created;
+///                            deciding_options: the names of those that decide results, one a line;
 ///                            nodes, components, bonds: N, c, M; network_checksum, of a network from a file
 ///     /samples/NAME          [S] index, peak_load, peak_displacement, n_p, n_f, initial_stiffness, wall_time
 ///     /samples/break_offset  int64[S+1] where each sample's breaks start (with -record breaks, as all of /breaks)
@@ -19,22 +20,12 @@
 #include "crackle/base/durable_file.hpp"
 #include "crackle/network/network.hpp"
 #include "crackle/record/record.hpp"
+#include "crackle/record/run_header.hpp"
 
 namespace crackle {
 
 /// 2: every dataset has a checksum.
 inline constexpr std::int32_t kSchemaVersion = 2;
-
-/// What stands at the head of a run file.
-struct RunHeader {
-  std::string options;               ///< every option of the run, "-name value" a line, sorted by name
-  std::string checksum;              ///< of a network from a file, which -resume compares; else empty
-  NodeId nodes = 0;                  ///< N; 0: not told, like the next two
-  std::int32_t components = 0;       ///< c
-  BondId bonds = 0;                  ///< M
-  const Network* network = nullptr;  ///< for -record network; else null
-  std::vector<double> threshold{};   ///< written with it; may be empty
-};
 
 /// Header and records, in the order given, as the bytes of a file.
 [[nodiscard]] Bytes format_run(const RunHeader& header, const RecordOptions& record,
@@ -53,8 +44,5 @@ struct RunHeader {
 
 /// The parts that a run file has.
 [[nodiscard]] RecordOptions read_parts(const std::string& path);
-
-/// The value of an option in the text of RunHeader; empty: not among them.
-[[nodiscard]] std::string option_value(const std::string& options, const std::string& name);
 
 }  // namespace crackle

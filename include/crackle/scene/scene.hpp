@@ -26,9 +26,6 @@ struct Scene {
   std::map<std::string, std::string> options;  ///< every option with the value used; -model only if known
 };
 
-/// The text of -help: name, default, allowed values and meaning of every option.
-[[nodiscard]] const std::string& help_text(bool comparison);
-
 /// Reads PETSc's options database: a scene for each value of -lattice_size, as a run of that size alone would
 /// have it, but for the name of its output. Throws InputError for a value that isn't allowed, or a word on the
 /// command line that is no option.

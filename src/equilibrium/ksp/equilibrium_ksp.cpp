@@ -7,12 +7,12 @@
 #include <string_view>
 
 #include "crackle/base/error.hpp"
+#include "crackle/base/option_database.hpp"
 #include "crackle/base/ranks.hpp"
 #include "crackle/equilibrium/held_solver.hpp"
 #include "crackle/equilibrium/ksp/preconditioner.hpp"
 #include "crackle/equilibrium/ksp/solver_quirks.hpp"
 #include "crackle/network/network_matrix.hpp"
-#include "crackle/scene/option_text.hpp"
 
 namespace crackle {
 

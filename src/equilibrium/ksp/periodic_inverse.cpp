@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "crackle/base/error.hpp"
+#include "crackle/network/lattices.hpp"
 
 namespace crackle {
 

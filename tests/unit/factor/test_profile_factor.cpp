@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "crackle/factor/profile_factor.hpp"
+#include "crackle/network/lattices.hpp"
 #include "crackle/network/quad_bonds.hpp"
 #include "support/dense_reference.hpp"
 #include "support/small_networks.hpp"

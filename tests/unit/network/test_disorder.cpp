@@ -6,7 +6,9 @@
 #include <numeric>
 #include <vector>
 
+#include "crackle/base/named.hpp"
 #include "crackle/network/disorder.hpp"
+#include "crackle/network/lattices.hpp"
 #include "support/expect_refused.hpp"
 
 namespace crackle {
@@ -114,9 +116,9 @@ TEST(Disorder, LawsFollowFromTheUniformNumbers) {
   std::vector<double> drawn(kDraws);
   draw_thresholds({.seed = 5}, 2, drawn);
   EXPECT_EQ(drawn, r);
-  draw_thresholds({.thresholds = Thresholds::constant, .seed = 5}, 2, drawn);
+  draw_thresholds({.law = find_named(threshold_laws(), "constant"), .seed = 5}, 2, drawn);
   EXPECT_EQ(drawn, std::vector<double>(kDraws, 1.0));
-  draw_thresholds({.thresholds = Thresholds::power, .exponent = 50, .seed = 5}, 2, drawn);
+  draw_thresholds({.law = find_named(threshold_laws(), "power"), .exponent = 50, .seed = 5}, 2, drawn);
   for (std::size_t i = 0; i < kDraws; ++i) ASSERT_EQ(drawn[i], std::pow(r[i], 50)) << i;
   EXPECT_LT(*std::ranges::min_element(drawn), 1e-180);
 
@@ -131,20 +133,21 @@ TEST(Disorder, LawsFollowFromTheUniformNumbers) {
 
 TEST(Disorder, PowersThatDoublesCannotHoldAreRefused) {
   std::vector<double> drawn(40);
-  const DisorderOptions law{.thresholds = Thresholds::power, .exponent = 500, .seed = 5};
+  const DisorderOptions law{.law = find_named(threshold_laws(), "power"), .exponent = 500, .seed = 5};
   test::expect_refused([&] { draw_thresholds(law, 0, drawn); },
                        {"-disorder_exponent 500", "sample 0", "up to"});
   const std::vector<double> r = thresholds(5, 0, drawn.size());
   const double most = std::log(kLeastThreshold) / std::log(*std::ranges::min_element(r));
-  EXPECT_NO_THROW(
-      draw_thresholds({.thresholds = Thresholds::power, .exponent = most * 0.999, .seed = 5}, 0, drawn));
+  EXPECT_NO_THROW(draw_thresholds(
+      {.law = find_named(threshold_laws(), "power"), .exponent = most * 0.999, .seed = 5}, 0, drawn));
   std::vector<std::size_t> order(r.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::sort(order, {}, [&](std::size_t bond) { return r[bond]; });
   for (std::size_t i = 1; i < order.size(); ++i) EXPECT_LT(drawn[order[i - 1]], drawn[order[i]]);
   test::expect_refused(
       [&] {
-        draw_thresholds({.thresholds = Thresholds::power, .exponent = most * 1.001, .seed = 5}, 0, drawn);
+        draw_thresholds({.law = find_named(threshold_laws(), "power"), .exponent = most * 1.001, .seed = 5},
+                        0, drawn);
       },
       {"-disorder_exponent"});
 }
@@ -157,12 +160,12 @@ TEST(Disorder, StiffnessesAreWhereTheirKindSays) {
     EXPECT_EQ(k.size(), lattice.bond.size());
     return static_cast<double>(std::ranges::count_if(k, condition)) / static_cast<double>(k.size());
   };
-  const StiffnessOptions random{.kind = StiffnessKind::random, .contrast = 1e6};
+  const StiffnessOptions random{.law = find_named(stiffness_laws(), "random"), .contrast = 1e6};
   EXPECT_EQ(count(random, [](double k) { return k > 1e-6 && k <= 1; }), 1);
   EXPECT_NEAR(count(random, [](double k) { return k < 1e-3; }), 0.5, 0.05);
-  const StiffnessOptions inclusion{.kind = StiffnessKind::inclusion, .contrast = 100};
+  const StiffnessOptions inclusion{.law = find_named(stiffness_laws(), "inclusion"), .contrast = 100};
   EXPECT_NEAR(count(inclusion, [](double k) { return k == 100; }), 3.14159 / 36 * 0.8, 0.02);
-  const StiffnessOptions band{.kind = StiffnessKind::band, .contrast = 100};
+  const StiffnessOptions band{.law = find_named(stiffness_laws(), "band"), .contrast = 100};
   EXPECT_NEAR(count(band, [](double k) { return k == 0.01; }), 0.2, 0.03);
   EXPECT_NEAR(count({.dilution = 0.3}, [](double k) { return k == 0; }), 0.3, 0.04);
   EXPECT_NE(draw_stiffness({.dilution = 0.3, .seed = 2}, lattice),

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "crackle/network/lattice.hpp"
+#include "crackle/network/lattices.hpp"
 #include "support/expect_refused.hpp"
 
 namespace crackle {

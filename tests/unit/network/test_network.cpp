@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "crackle/network/lattices.hpp"
 #include "crackle/network/network.hpp"
 #include "support/dense_reference.hpp"
 #include "support/expect_refused.hpp"

@@ -50,7 +50,7 @@ void write_parts(const std::string& path, const Parts& parts) {
 
 NetworkOptions from_file(const std::string& path) {
   NetworkOptions options;
-  options.from_file = true;
+  options.lattice = nullptr;
   options.file = path;
   return options;
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "crackle/network/lattices.hpp"
 #include "crackle/network/network_matrix.hpp"
 #include "support/dense_reference.hpp"
 #include "support/small_networks.hpp"

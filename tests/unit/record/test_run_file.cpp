@@ -25,11 +25,12 @@ enum class Start : std::uint8_t { fresh, resume, overwrite };
 /// A run into run.h5 of a folder.
 RunFile begin(const std::string& path, Start start = Start::fresh,
               const std::string& options = "-samples 4\n-seed 1\n") {
-  return RunFile({.path = path,
-                  .resume = start == Start::resume,
-                  .overwrite = start == Start::overwrite,
-                  .record = kAll},
-                 {.options = options});
+  return RunFile(
+      {.path = path,
+       .resume = start == Start::resume,
+       .overwrite = start == Start::overwrite,
+       .record = kAll},
+      {.options = options, .deciding = {"-ksp_rtol", "-ksp_type", "-lattice", "-lattice_size", "-seed"}});
 }
 
 /// Adds samples, each in a shard of its own.

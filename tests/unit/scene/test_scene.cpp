@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "crackle/scene/option_text.hpp"
+#include "crackle/scene/option_table.hpp"
 #include "crackle/scene/scene.hpp"
 #include "support/expect_refused.hpp"
 #include "support/solver_options.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 TEST(Scene, WithoutOptionsIsThePapersAtSizeSixteen) {
   const Scene scene = read_scenes().front();
-  EXPECT_FALSE(scene.network.from_file);
+  EXPECT_EQ(scene.network.lattice, &lattice_kinds().front());
   EXPECT_EQ(scene.network.size, 16);
   EXPECT_EQ(scene.network.row_spacing, 1);
   EXPECT_EQ(scene.network.model, Model::spring);
@@ -91,7 +91,7 @@ TEST(Scene, RefusesEveryValueThatIsNotAllowed) {
   for (const auto& [name, value] : wrong) {
     SCOPED_TRACE(name + " " + value);
     const test::SolverOptions options{{name, value}};
-    test::expect_refused([] { (void)read_scenes(); }, {name, value, find_option(name).allowed});
+    test::expect_refused([] { (void)read_scenes(); }, {name, value, allowed_of(name)});
   }
   const std::vector<std::pair<std::string, std::string>> incomplete = {
       {"-lattice", "file"}, {"-disorder", "file"}, {"-record", "snapshot"}, {"-stop", ""}};

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "crackle/equilibrium/ksp/periodic_inverse.hpp"
+#include "crackle/network/lattices.hpp"
 #include "support/dense_reference.hpp"
 #include "support/expect_refused.hpp"
 #include "support/small_networks.hpp"
