@@ -27,6 +27,23 @@ Lattice diamond_lattice(int size, double row_spacing) {
   return make_lattice(width, std::move(position), std::move(grip), std::move(bond));
 }
 
+Lattice square_lattice(int size, double row_spacing) {
+  const NodeId width = size + 1;
+  std::vector<Vector2> position;
+  std::vector<Grip> grip;
+  std::vector<std::array<NodeId, 2>> bond;
+  for (NodeId row = 0; row < width; ++row) {
+    for (NodeId column = 0; column < width; ++column) {
+      const NodeId node = row * width + column;
+      position.push_back({static_cast<double>(column), row * row_spacing});
+      grip.push_back(row == 0 ? Grip::bottom : row == size ? Grip::top : Grip::free);
+      bond.push_back({node, row * width + (column + 1) % width});
+      if (row < size) bond.push_back({node, node + width});
+    }
+  }
+  return make_lattice(width, std::move(position), std::move(grip), std::move(bond));
+}
+
 constexpr std::array kLattices = {
     LatticeKind{"triangular",
                 "the paper's: L+1 rows of L+1 nodes, odd rows shifted by 1/2, (3L+1)(L+1) bonds",
@@ -34,6 +51,8 @@ constexpr std::array kLattices = {
     LatticeKind{"diamond",
                 "as triangular without its horizontal bonds: the square lattice on edge, 2L(L+1) bonds",
                 diamond_lattice, "rows of nodes slide along x, and every rhombus folds"},
+    LatticeKind{"square", "L+1 rows of L+1 nodes, bonds along x and straight up, (2L+1)(L+1) bonds",
+                square_lattice, "rows of nodes slide along x"},
 };
 
 }  // namespace

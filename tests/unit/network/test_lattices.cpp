@@ -74,5 +74,14 @@ TEST(Lattices, DiamondHasTwoBondsUpFromEveryNode) {
   }
 }
 
+TEST(Lattices, SquareHasBondsAlongAndUp) {
+  for (const int size : {2, 3, 8}) {
+    const Lattice lattice = make("square", size);
+    EXPECT_EQ(lattice.bonds(), (2 * size + 1) * (size + 1));
+    EXPECT_EQ(free_coordination(lattice), std::set<int>{4});
+    EXPECT_NEAR(intact_stiffness("square", size), (size + 1.0) / size, 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace crackle
