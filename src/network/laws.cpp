@@ -14,6 +14,10 @@ double uniform(double r, double /*exponent*/) {
 double power(double r, double exponent) {
   return std::pow(r, exponent);
 }
+/// P(T > t) = exp(-t^m).
+double weibull(double r, double modulus) {
+  return std::pow(-std::log1p(-r), 1 / modulus);
+}
 double constant(double /*r*/, double /*exponent*/) {
   return 1;
 }
@@ -23,6 +27,7 @@ constexpr std::array kThresholdLaws = {
     ThresholdLaw{"power", "t = r^D", "D", power},
     ThresholdLaw{"constant", "t = 1: every choice is a tie, or decided by the forces alone", nullptr,
                  constant},
+    ThresholdLaw{"weibull", "t = (-ln(1 - r))^(1/m), of scale 1", "modulus m", weibull},
 };
 
 constexpr double kInclusionRadius = 1.0 / 6;  // in heights of the lattice

@@ -131,6 +131,24 @@ TEST(Disorder, LawsFollowFromTheUniformNumbers) {
   EXPECT_NEAR(static_cast<double>(zeros) / kDraws, 0.25, 4 * std::sqrt(0.25 * 0.75 / kDraws));
 }
 
+TEST(Disorder, WeibullsSurviveAsTheirModulusSays) {
+  constexpr std::size_t kDraws = 20000;
+  std::vector<double> drawn(kDraws);
+  for (const double modulus : {0.5, 2.0, 20.0}) {
+    const DisorderOptions law{.law = find_named(threshold_laws(), "weibull"), .exponent = modulus, .seed = 5};
+    draw_thresholds(law, 2, drawn);
+    for (const double t : {0.3, 1.0, 1.2}) {
+      const double alive = std::exp(-std::pow(t, modulus));
+      const double seen =
+          static_cast<double>(std::ranges::count_if(drawn, [t](double x) { return x > t; })) / kDraws;
+      EXPECT_NEAR(seen, alive, 4 * std::sqrt(alive * (1 - alive) / kDraws) + 1e-12) << modulus << " " << t;
+    }
+  }
+  const DisorderOptions wide{.law = find_named(threshold_laws(), "weibull"), .exponent = 1e-3, .seed = 5};
+  test::expect_refused([&] { draw_thresholds(wide, 2, drawn); },
+                       {"-disorder_exponent 0.001", "a number from"});
+}
+
 TEST(Disorder, PowersThatDoublesCannotHoldAreRefused) {
   std::vector<double> drawn(40);
   const DisorderOptions law{.law = find_named(threshold_laws(), "power"), .exponent = 500, .seed = 5};
