@@ -64,6 +64,11 @@ struct Ensemble {
   int samples;
 };
 
+/// Names the test.
+std::ostream& operator<<(std::ostream& out, const Ensemble& ensemble) {
+  return out << "L" << ensemble.size;
+}
+
 class PaperTables : public testing::TestWithParam<Ensemble> {};
 
 TEST_P(PaperTables, MeansAndDeviations) {
@@ -91,7 +96,7 @@ TEST_P(PaperTables, MeansAndDeviations) {
 INSTANTIATE_TEST_SUITE_P(Sizes, PaperTables,
                          testing::Values(Ensemble{8, 4000}, Ensemble{16, 2000}, Ensemble{24, 1000},
                                          Ensemble{32, 500}),
-                         [](const auto& ensemble) { return "L" + std::to_string(ensemble.param.size); });
+                         testing::PrintToStringParamName());
 
 }  // namespace
 

@@ -65,14 +65,8 @@ std::vector<Setting> settings() {
   return all;
 }
 
-std::string setting_name(const testing::TestParamInfo<Setting>& info) {
-  const Setting& s = info.param;
-  const std::string grips = s.model == Model::fuse ? "" : s.grips == Grips::sliding ? "_sliding" : "_clamped";
-  return std::string(s.model == Model::fuse ? "fuse" : "spring") + grips +
-         (s.break_on == BreakOn::tension ? "_tension" : "_magnitude") + "_L" + std::to_string(s.size);
-}
-
-INSTANTIATE_TEST_SUITE_P(Lattices, SameBonds, testing::ValuesIn(settings()), setting_name);
+INSTANTIATE_TEST_SUITE_P(Lattices, SameBonds, testing::ValuesIn(settings()),
+                         testing::PrintToStringParamName());
 
 TEST(SameBondsLarge, TreeAndUpdownAsMumpsAtSize64) {
   for (const Model model : {Model::spring, Model::fuse}) {

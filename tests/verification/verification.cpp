@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <ostream>
+
 #include "crackle/base/petsc_handle.hpp"
 #include "crackle/equilibrium/ksp/preconditioner.hpp"
 #include "crackle/factor/cholmod_factor.hpp"
@@ -13,6 +15,12 @@
 #include "support/leak_check.hpp"
 
 namespace crackle::verification {
+
+std::ostream& operator<<(std::ostream& out, const Setting& setting) {
+  out << (setting.model == Model::fuse ? "fuse" : "spring");
+  if (setting.model == Model::spring) out << (setting.grips == Grips::sliding ? "_sliding" : "_clamped");
+  return out << (setting.break_on == BreakOn::tension ? "_tension" : "_magnitude") << "_L" << setting.size;
+}
 
 Network triangular(const Setting& setting) {
   return make_network(triangular_lattice(setting.size, 1), setting.model, setting.grips, {});

@@ -1,6 +1,7 @@
 /// What the verification tests share: scenes by solver options, whole samples, one list of breaks each.
 #pragma once
 
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -38,6 +39,9 @@ struct Setting {
   BreakOn break_on = BreakOn::magnitude;
   int size = 8;
 };
+
+/// Letters, digits and _ alone: names tests.
+std::ostream& operator<<(std::ostream& out, const Setting& setting);
 
 [[nodiscard]] Network triangular(const Setting& setting);
 
