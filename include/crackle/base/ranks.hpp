@@ -46,7 +46,8 @@ class Ranks {
   /// The process that speaks for all.
   [[nodiscard]] bool first() const { return rank_ == 0; }
 
-  /// Runs `work` in every process; when it throws in any, InputError with the first such process's message in all.
+  /// Runs `work` in every process; when it throws in any, InputError with the first such process's message in all. (A
+  /// process alone lets through what was thrown.)
   void together(const std::function<void()>& work) const;
 
   /// The leader's value in all of the group.
