@@ -26,6 +26,7 @@ void add(EquilibriumCounts& sum, const EquilibriumCounts& more) {
   sum.largest_left = std::max(sum.largest_left, more.largest_left);
   if (more.soft_node >= 0 && (sum.soft_node < 0 || more.soft_pivot < sum.soft_pivot)) {
     sum.soft_node = more.soft_node;
+    sum.soft_bonds = more.soft_bonds;
     sum.soft_pivot = more.soft_pivot;
   }
   sum.iterations += more.iterations;

@@ -35,11 +35,12 @@ std::string describe_doubt(const EquilibriumCounts& counts) {
   if (counts.soft_contrast > 0)
     text = describe("stiffnesses that span a factor of %.2g", counts.soft_contrast);
   if (counts.soft_node < 0) return text;
-  return (text.empty() ? "" : text + "; ") + describe(
-                                                 "node %.0f hardly resists some motion, with a pivot of %.1g "
-                                                 "of its stiffness: bonds almost in line, or "
-                                                 "far softer than others",
-                                                 counts.soft_node, counts.soft_pivot);
+  return (text.empty() ? "" : text + "; ") + name_node(counts.soft_node, counts.soft_bonds) +
+         describe(
+             " hardly resists some motion, with a pivot of %.1g of its stiffness: bonds almost in line, or "
+             "far "
+             "softer than others",
+             counts.soft_pivot);
 }
 
 Referee& Equilibrium::referee() {
@@ -77,6 +78,7 @@ bool Equilibrium::is_soft() {
   soft_ = spot.found;
   if (spot.pivot < kSoftPivot) counts_.soft_node = spot.node;
   if (spot.pivot < kSoftPivot) counts_.soft_pivot = spot.pivot;
+  if (spot.pivot < kSoftPivot) counts_.soft_bonds = bonds_at(network_, spot.node);
   if (soft_ && least > kSoftPivot) counts_.soft_contrast = widest;
   return soft_;
 }

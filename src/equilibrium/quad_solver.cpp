@@ -164,11 +164,12 @@ std::string QuadSolver::describe_open(int row) const {
   const Dof unknown = static_cast<Dof>(std::ranges::find(order_.row, row) - order_.row.begin());
   const auto slot = std::ranges::find(network_.dof, unknown) - network_.dof.begin();
   std::array<char, 200> text{};
-  std::snprintf(text.data(), text.size(),
-                "node %d can move and stretch no bond by more than %.1g of that: rounding leaves open "
-                "whether it is held",
-                static_cast<int>(slot / network_.components), largest_stretch_);
-  return text.data();
+  std::snprintf(
+      text.data(), text.size(),
+      " can move and stretch no bond by more than %.1g of that: rounding leaves open whether it is held",
+      largest_stretch_);
+  const auto node = static_cast<NodeId>(slot / network_.components);
+  return name_node(node, bonds_at(network_, node)) + text.data();
 }
 
 QuadSolver::Motion QuadSolver::look_at(std::span<const Quad> z, double free) {

@@ -190,6 +190,24 @@ double contrast(const Network& network) {
   return stiffest / softest;
 }
 
+BondsAtNode bonds_at(const Network& network, NodeId node) {
+  BondsAtNode found = kNoBonds;
+  std::size_t count = 0;
+  for (BondId e = 0; e < network.bonds() && count < found.size(); ++e) {
+    const auto& ends = network.lattice.bond[e];
+    if (network.can_stretch(e) && (ends[0] == node || ends[1] == node)) found[count++] = e;
+  }
+  return found;
+}
+
+std::string name_node(NodeId node, const BondsAtNode& bonds) {
+  std::string text = "node " + std::to_string(node);
+  if (bonds[0] < 0) return text;
+  text.append(bonds[1] < 0 ? " (bond " : " (bonds ").append(std::to_string(bonds[0]));
+  for (std::size_t i = 1; i < kNamedBonds && bonds[i] >= 0; ++i) text += ", " + std::to_string(bonds[i]);
+  return text + (bonds.back() < 0 ? ")" : ", ...)");
+}
+
 void residual(const Network& network, std::span<const std::uint8_t> broken, std::span<const double> u,
               std::span<double> r) {
   std::ranges::fill(r, 0.0);

@@ -318,6 +318,18 @@ def test_a_profile_has_the_networks_own_sections(tmp_path, unit):
            "65536 sections")
 
 
+@pytest.mark.parametrize("strategy, kink", [("tree", 1e-6), ("ksp", 1e-6), ("quad", 5e-14)])
+def test_node_that_hardly_resists_is_named_with_its_bonds(tmp_path, strategy, kink):
+    """Between two of the network's nodes, almost in line with them."""
+    network = small_network()
+    middle = (network.position[1] + network.position[2]) / 2 + [kink, kink]
+    network.with_parts([middle], [[1, 6], [6, 2]]).write(tmp_path / "network.h5")
+    result = run(tmp_path, f"{FROM_FILE} -monitor none -equilibrium {strategy}")
+    told = result.stderr if strategy == "quad" else result.stdout
+    assert result.returncode == (1 if strategy == "quad" else 0)
+    assert "node 6 (bonds 11, 12) " in told
+
+
 def test_what_is_too_far_apart_for_springs(tmp_path):
     network = small_network()
     far = network.but(position=network.position * [1, 1e200])

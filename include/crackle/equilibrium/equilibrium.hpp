@@ -40,19 +40,20 @@ struct EquilibriumCounts {
   std::int64_t refereed = 0;        ///< breaks that the referee decided; see Referee
   std::int64_t held = 0;            ///< samples that ended with bonds left that can't break
   double largest_left = 0;          ///< largest share of the intact F that was left in one of them
-  NodeId soft_node = -1;        ///< the one that resists least in the intact network, where that is a doubt
-  double soft_pivot = 0;        ///< its pivot relative to the diagonal entry
-  double soft_contrast = 0;     ///< of stiffnesses, where that is the doubt
-  std::int64_t iterations = 0;  ///< of the Krylov method; 0 for a direct solve
-  std::int64_t doubtful = 0;    ///< breaks of an iteration whose residual left open which bond breaks
-  std::int64_t first_doubtful = 0;  ///< number in its sample of the first of them; 0: none
-  double loosest_residual = 0;      ///< largest residual seen in looking for doubt; the load's norm is 1
-  std::int64_t null_pivots = 0;     ///< floppy unknowns pinned in the intact network
-  std::int64_t unknowns = 0;        ///< size of the system
-  std::int64_t factor_entries = 0;  ///< entries of the factor; 0 where the solver doesn't tell
-  double smallest_slack = 1;        ///< smallest 1 - k b^T K^-1 b of a bond that left something carrying
-  std::int64_t checks = 0;          ///< breaks at which `check_every` had the residual measured
-  double largest_residual = 0;      ///< largest backward error measured
+  NodeId soft_node = -1;  ///< the one that resists least in the intact network, where that is a doubt
+  BondsAtNode soft_bonds = kNoBonds;  ///< at that node
+  double soft_pivot = 0;              ///< its pivot relative to the diagonal entry
+  double soft_contrast = 0;           ///< of stiffnesses, where that is the doubt
+  std::int64_t iterations = 0;        ///< of the Krylov method; 0 for a direct solve
+  std::int64_t doubtful = 0;          ///< breaks of an iteration whose residual left open which bond breaks
+  std::int64_t first_doubtful = 0;    ///< number in its sample of the first of them; 0: none
+  double loosest_residual = 0;        ///< largest residual seen in looking for doubt; the load's norm is 1
+  std::int64_t null_pivots = 0;       ///< floppy unknowns pinned in the intact network
+  std::int64_t unknowns = 0;          ///< size of the system
+  std::int64_t factor_entries = 0;    ///< entries of the factor; 0 where the solver doesn't tell
+  double smallest_slack = 1;          ///< smallest 1 - k b^T K^-1 b of a bond that left something carrying
+  std::int64_t checks = 0;            ///< breaks at which `check_every` had the residual measured
+  double largest_residual = 0;        ///< largest backward error measured
 };
 
 /// What the soft_ counts mean, in words; empty where there is no doubt.

@@ -85,6 +85,16 @@ struct Network {
 /// Stiffness of the stiffest bond that can stretch over that of the softest.
 [[nodiscard]] double contrast(const Network& network);
 
+/// Bonds at a node that a message names.
+inline constexpr std::size_t kNamedBonds = 6;
+/// The first ones, and one more if there is; -1 where there is none.
+using BondsAtNode = std::array<BondId, kNamedBonds + 1>;
+inline constexpr BondsAtNode kNoBonds = {-1, -1, -1, -1, -1, -1, -1};
+/// Only bonds that can stretch.
+[[nodiscard]] BondsAtNode bonds_at(const Network& network, NodeId node);
+/// "node 7 (bonds 3, 4, 9)"; with more of them than are named "...", with none "node 7".
+[[nodiscard]] std::string name_node(NodeId node, const BondsAtNode& bonds);
+
 /// r = e_plate - K u from the bonds alone, skipping those for which broken[e] != 0 (size M), idle slots as
 /// in K. Sizes of u and r: n. Independent of any matrix and factor: what trust is measured by.
 void residual(const Network& network, std::span<const std::uint8_t> broken, std::span<const double> u,

@@ -29,6 +29,22 @@ TEST(Network, FusesHaveOneUnknownANodeAndThePlate) {
   }
 }
 
+TEST(Network, ANodeIsNamedWithItsBonds) {
+  const Network network = make_network(triangular_lattice(4, 1), Model::spring, Grips::sliding, {});
+  const auto name = [&network](NodeId node) { return name_node(node, bonds_at(network, node)); };
+  EXPECT_EQ(name(21), "node 21 (bonds 46, 50, 60, 61)") << "of the top row";
+  EXPECT_EQ(name(6), "node 6 (bonds 4, 8, 15, 18, 19, 20)") << "six are named in full";
+  Lattice star =
+      make_lattice(0, {{0, 0}, {0, 1}, {0, 2}, {1, 1}}, {Grip::bottom, Grip::free, Grip::top, Grip::free},
+                   {{0, 1}, {1, 2}, {0, 1}, {1, 2}, {0, 1}, {1, 2}, {1, 0}, {0, 2}});
+  const Network many = make_network(star, Model::fuse, Grips::sliding, {1, 1, 0, 1, 1, 1, 1, 1});
+  EXPECT_EQ(name_node(1, bonds_at(many, 1)), "node 1 (bonds 0, 1, 3, 4, 5, 6)")
+      << "not those of no stiffness";
+  const Network more = make_network(std::move(star), Model::fuse, Grips::sliding, {});
+  EXPECT_EQ(name_node(1, bonds_at(more, 1)), "node 1 (bonds 0, 1, 2, 3, 4, 5, ...)");
+  EXPECT_EQ(name_node(3, bonds_at(more, 3)), "node 3");
+}
+
 TEST(Network, SlidingSpringsHoldAllButTheSidewaysMotionOfTheGrips) {
   for (const int size : {1, 2, 3, 8}) {
     SCOPED_TRACE(size);
