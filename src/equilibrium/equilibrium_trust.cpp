@@ -96,16 +96,21 @@ bool Equilibrium::has_softened(const Critical& next) {
   return known && slack < kSoftSlack;
 }
 
+/// A strategy that isn't believed about the intact network has found no F of it either.
+void Equilibrium::begin_referee() {
+  referee().begin(threshold_, removed_, removed_.empty() ? 0 : intact_stiffness_);
+}
+
 /// From here to the end of the sample.
 State Equilibrium::hand_over(Critical& next) {
   refereed_ = true;
-  referee().begin(threshold_, removed_, intact_stiffness_);
+  begin_referee();
   return ask_referee(next);
 }
 
 /// This break alone.
 State Equilibrium::consult(Critical& next) {
-  referee().begin(threshold_, removed_, intact_stiffness_);
+  begin_referee();
   const State state = ask_referee(next);
   complaint_ = referee().complaint();
   intact_stiffness_ = referee().intact_stiffness();

@@ -212,6 +212,7 @@ class Equilibrium {
   [[nodiscard]] State double_check(Critical& next);
   [[nodiscard]] State look_for_doubt(Critical& next);
   [[nodiscard]] State confirm_end(Critical& next);
+  void begin_referee();
   [[nodiscard]] State hand_over(Critical& next);
   [[nodiscard]] State consult(Critical& next);
   [[nodiscard]] State ask_referee(Critical& next);
