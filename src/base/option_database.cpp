@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdlib>
 #include <sstream>
 
 #include "crackle/base/error.hpp"
@@ -65,7 +66,11 @@ bool is_late(const std::string& bare_name) {
 bool looks_like_option(const std::string& word) {
   if (word.size() < 2 || word[0] != '-') return false;
   const char first = word[1] == '-' && word.size() > 2 ? word[2] : word[1];
-  return std::isalpha(static_cast<unsigned char>(first)) != 0;
+  char* end = nullptr;
+  (void)std::strtod(word.c_str(), &end);
+  const bool number =
+      end != word.c_str() && *end != '_' && std::isalnum(static_cast<unsigned char>(*end)) == 0;
+  return !number && std::isalpha(static_cast<unsigned char>(first)) != 0;
 }
 
 bool reaches_solver(const std::string& name) {
@@ -86,7 +91,7 @@ std::optional<std::string> given_value(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-std::map<std::string, std::string> solver_options() {
+std::map<std::string, std::string> given_values() {
   char* text = nullptr;
   petsc::check(PetscOptionsGetAll(nullptr, &text));
   std::istringstream stream(text);
@@ -98,12 +103,18 @@ std::map<std::string, std::string> solver_options() {
       // PETSc takes no notice of case
       std::ranges::transform(word, word.begin(),
                              [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-      name = reaches_solver(word) ? word : "";
-      if (!name.empty()) options[name] = "";
+      name = word;
+      options[name] = "";
     } else if (!name.empty()) {
       options[name].append(options[name].empty() ? "" : " ").append(word);
     }
   }
+  return options;
+}
+
+std::map<std::string, std::string> solver_options() {
+  auto options = given_values();
+  std::erase_if(options, [](const auto& option) { return !reaches_solver(option.first); });
   return options;
 }
 

@@ -35,15 +35,6 @@ std::string lower(std::string word) {
   return word;
 }
 
-/// As PETSc sees it: -inf and -nan are numbers.
-bool is_option(const std::string& word) {
-  char* end = nullptr;
-  (void)std::strtod(word.c_str(), &end);
-  const bool number =
-      end != word.c_str() && *end != '_' && std::isalnum(static_cast<unsigned char>(*end)) == 0;
-  return looks_like_option(word) && !number;
-}
-
 /// A word of a line, and whether it stood between quotes.
 struct Word {
   std::string text;
@@ -168,15 +159,15 @@ void Walk::line(const std::string& text, const std::string& place) {
   const std::vector<Word> words = words_of(without_comment(text, place), place);
   if (words.empty()) return;
   const bool alias = lower(words[0].text) == "alias" && words.size() == 3;
-  if (alias && is_option(words[1].text) && is_option(words[2].text)) {
+  if (alias && looks_like_option(words[1].text) && looks_like_option(words[2].text)) {
     if (++aliases_ > kMostAliases) {
       throw InputError(place + ":", text, "at most " + std::to_string(kMostAliases) + " aliases");
     }
     take(words[1].text, "", place);
     return;
   }
-  const bool one_option =
-      is_option(words[0].text) && words.size() <= 2 && (words.size() == 1 || !is_option(words[1].text));
+  const bool one_option = looks_like_option(words[0].text) && words.size() <= 2 &&
+                          (words.size() == 1 || !looks_like_option(words[1].text));
   if (!one_option) throw InputError(place + ":", text, kLine);
   take(words[0].text, words.size() == 2 ? words[1].text : "", place);
 }
@@ -196,8 +187,8 @@ void Walk::take(const std::string& name, const std::string& value, const std::st
 
 void Walk::words(const std::vector<std::string>& list, const std::string& place, bool strict) {
   for (std::size_t i = 0; i < list.size(); ++i) {
-    if (is_option(list[i])) {
-      const bool has_value = i + 1 < list.size() && !is_option(list[i + 1]);
+    if (looks_like_option(list[i])) {
+      const bool has_value = i + 1 < list.size() && !looks_like_option(list[i + 1]);
       take(list[i], has_value ? list[i + 1] : "", place);
       if (has_value) ++i;
     } else if (strict) {
@@ -260,7 +251,7 @@ void check_options(int argc, char* const* argv) {
 std::runtime_error with_place(const std::exception& error) {
   const std::string message = explain(error);
   const std::string name = lower(message.substr(0, message.find_first_of(" :")));
-  if (!is_option(name)) return std::runtime_error(message);
+  if (!looks_like_option(name)) return std::runtime_error(message);
   const std::vector<GivenOption> given = given_options();
   const auto last = std::find_if(given.rbegin(), given.rend(),
                                  [&name](const GivenOption& option) { return option.name == name; });

@@ -11,6 +11,7 @@
 #include "crackle/base/error.hpp"
 #include "crackle/base/option_files.hpp"
 #include "crackle/base/petsc_handle.hpp"
+#include "crackle/base/solver_values.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
 #include "crackle/record/observe_profile.hpp"
 #include "crackle/scene/choices.hpp"
@@ -192,6 +193,7 @@ void read_strategy(Reader& reader, Scene& scene) {
     scene.equilibrium.check_bound = reader.number<double>("-equilibrium_check_bound");
   }
   if (scene.equilibrium.strategy == "ksp") {
+    check_solver_values();
     scene.equilibrium.refactor_every = reader.number<int>("-equilibrium_refactor_every");
   }
   if (scene.equilibrium.strategy != "tree") return;

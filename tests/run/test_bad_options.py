@@ -2,7 +2,7 @@
 import shlex
 
 import pytest
-from program import OUTPUT, datasets, options_of, refuse, run, succeed
+from program import OUTPUT, break_samples, datasets, options_of, refuse, run, succeed
 
 MISSPELT = [
     ("-latice_size 4", "-latice_size", "-lattice_size"),
@@ -44,6 +44,20 @@ VALUES = [
     ("-monitor", ["loud", "0"], "none"),
 ]
 
+# of PETSc's solvers: what PETSc takes without a word
+SOLVER_VALUES = [
+    ("-ksp_rtol", ["nan", "inf", "-inf", "-1", "1", "2", "1e400", "1e", "0x1p-3", "''", "PETSC_DEFAULT", "default"],
+     "from 0 to below 1"),
+    ("-ksp_atol", ["nan", "inf", "-nan", "-1e-9", "1", "1e", "''", "default"], "from 0 to below 1"),
+    ("-ksp_divtol", ["nan", "inf", "0", "-1", "1", "1e400", "''"], "above 1"),
+    ("-ksp_max_it", ["-5", "0", "nan", "1e3", "0x10", "99999999999", "2147483648", "''", "default"],
+     "from 1 to 2147483647"),
+    ("-pc_type icc -pc_factor_shift_type nonzero -pc_factor_shift_amount", ["nan", "inf", "1e400"], "a finite number"),
+    ("-pc_type icc -pc_factor_fill", ["nan", "-inf"], "a finite number"),
+    ("-pc_type gamg -mg_levels_pc_sor_diagonal_shift", ["nan"], "a finite number"),
+    ("-pc_type cholesky -pc_factor_mat_solver_type mumps -mat_mumps_cntl_1", ["nan", "inf"], "a finite number"),
+]
+
 USELESS = [
     ("-lattice_file network.h5", "-lattice_file"),
     ("-record_snapshot_at 3", "-record_snapshot_at"),
@@ -70,6 +84,25 @@ def test_unknown_option_is_named(tmp_path, line):
                          [(option, value, allowed) for option, values, allowed in VALUES for value in values])
 def test_value_that_is_not_allowed(tmp_path, option, value, allowed):
     refuse(tmp_path, f"{option} {value}", option.split()[-1], value, allowed)
+
+
+@pytest.mark.parametrize("option, value, allowed",
+                         [(option, value, allowed) for option, values, allowed in SOLVER_VALUES for value in values])
+def test_number_that_no_solver_can_use(tmp_path, option, value, allowed):
+    refuse(tmp_path, f"-lattice_size 3 -ksp_type cg {option} {value}", option.split()[-1], value.strip("'"), allowed)
+
+
+def test_solver_options_from_a_file_have_the_same_range(tmp_path):
+    (tmp_path / "solver.opts").write_text("-ksp_type cg\n-pc_type jacobi\n-ksp_rtol -nan\n")
+    refuse(tmp_path, "-options_file solver.opts", "-ksp_rtol -nan", "solver.opts, line 3")
+
+
+@pytest.mark.parametrize("line", ["-ksp_rtol 1e-13 -ksp_atol 0 -ksp_divtol 1e30 -ksp_max_it 1000", "-ksp_rtol 1e-320",
+                                  "-ksp_atol 1e-14 -ksp_rtol 0", "-ksp_rtol -0"])
+def test_numbers_that_a_solver_can_use(tmp_path, line):
+    right = break_samples(tmp_path, "-lattice_size 3", "right.h5")
+    found = break_samples(tmp_path, f"-lattice_size 3 -ksp_type cg -pc_type jacobi {line}")
+    assert found["/breaks/bond"].tolist() == right["/breaks/bond"].tolist()
 
 
 @pytest.mark.parametrize("option", ["-model", "-lattice_size", "-seed", "-stop", "-record", "-monitor"])

@@ -9,7 +9,7 @@
 
 namespace crackle {
 
-/// "-name" or "--name", not a negative number.
+/// "-name" or "--name", not a negative number; as PETSc sees it, -inf and -nan are numbers.
 [[nodiscard]] bool looks_like_option(const std::string& word);
 
 /// -ksp_..., -pc_..., -mat_...
@@ -19,6 +19,9 @@ namespace crackle {
 
 /// The whole text of an option's value, of any length ("" without one); nothing when it isn't given.
 [[nodiscard]] std::optional<std::string> given_value(const char* name);
+
+/// All options that were given, -name to value; names in lower case.
+[[nodiscard]] std::map<std::string, std::string> given_values();
 
 /// The solver's options that were given, -name to value; names in lower case.
 [[nodiscard]] std::map<std::string, std::string> solver_options();

@@ -77,8 +77,9 @@ TEST(OptionTable, SaysWhatIsAllowedAndHoldsToIt) {
 
 TEST(OptionTable, TellsOptionsFromValuesAndWhatDecidesResults) {
   {
-    for (const char* word : {"-a", "--a", "-ksp_type", "-A1"}) EXPECT_TRUE(looks_like_option(word)) << word;
-    for (const char* word : {"", "-", "--", "-1", "-.5", "--1", "a", "1e-3"}) {
+    for (const char* word : {"-a", "--a", "-ksp_type", "-A1", "-info", "-inf_x"})
+      EXPECT_TRUE(looks_like_option(word)) << word;
+    for (const char* word : {"", "-", "--", "-1", "-.5", "--1", "a", "1e-3", "-inf", "-nan", "-Infinity"}) {
       EXPECT_FALSE(looks_like_option(word)) << word;
     }
   }
