@@ -113,7 +113,8 @@ constexpr std::array kOptions = {
     Option{"-equilibrium_refactor_every", "1", integer(1),
            "ksp: breaks that one preconditioner serves; an older one leaves more to the iteration", true},
     Option{"-equilibrium_check", "0", integer(0),
-           "measure the residual at every so many breaks, refactor above the bound (0: as the strategy does)",
+           "measure the residual at every so many breaks, refactor above the bound (0: as the strategy "
+           "does); of no use to quad, which knows its error",
            false},
     Option{"-equilibrium_check_bound", "1e-12", number_above(0),
            "of -equilibrium_check: largest backward error that is believed", false},

@@ -188,7 +188,10 @@ void read_strategy(Reader& reader, Scene& scene) {
     throw InputError("-ensemble_ranks_per_sample", std::to_string(scene.ensemble.ranks_per_sample),
                      "1 with -equilibrium " + scene.equilibrium.strategy + ", more with ksp");
   }
-  scene.equilibrium.check_every = reader.number<std::int64_t>("-equilibrium_check");
+  // quad refines every answer until it is as good as can be, and knows its error
+  if (scene.equilibrium.strategy != "quad") {
+    scene.equilibrium.check_every = reader.number<std::int64_t>("-equilibrium_check");
+  }
   if (scene.equilibrium.check_every > 0) {
     scene.equilibrium.check_bound = reader.number<double>("-equilibrium_check_bound");
   }

@@ -65,6 +65,8 @@ USELESS = [
     ("-equilibrium dense -ksp_type cg", "-ksp_type"),
     ("-equilibrium ksp -equilibrium_tree_kernels plain", "-equilibrium_tree_kernels"),
     ("-equilibrium dense -pc_type updown", "-pc_type"),
+    ("-equilibrium quad -equilibrium_check 5", "-equilibrium_check"),
+    ("-equilibrium_check_bound 1e-9", "-equilibrium_check_bound"),
     ("-pc_type updown -pc_factor_mat_solver_type mumps", "-pc_factor_mat_solver_type"),
     ("-ksp_rtol 1e-9", "-ksp_rtol"),  # no use under -ksp_type preonly
 ]
