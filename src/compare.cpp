@@ -49,6 +49,7 @@ void compare_strategies() {
 
   // 6. what came out
   file.write(header, reference, runs);
+  crackle::tell_what_stays("crackle_compare", options.path);
   std::printf("%swritten: %s\n", crackle::format_comparison(reference, runs, options).c_str(),
               options.path.c_str());
 }

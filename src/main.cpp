@@ -89,6 +89,7 @@ void report(const std::vector<crackle::Run>& runs, const Files& files,
     const auto samples = crackle::finish(*files[i], totals[i].times);
     const double seconds = alone ? seconds_since(start) : totals[i].seconds + seconds_since(begun);
     crackle::print_report(samples, totals[i].counts, totals[i].times, seconds, runs[i].output.path);
+    crackle::tell_what_stays("crackle", runs[i].output.path);
   }
   if (!alone) crackle::print_run_time(seconds_since(start), ranks.processes());
 }

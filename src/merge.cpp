@@ -69,6 +69,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     const std::size_t samples = crackle::merge_runs(request.runs, request.output, request.overwrite);
+    crackle::tell_what_stays("crackle_merge", request.output);
     std::printf("written: %s, %zu samples\n", request.output.c_str(), samples);
     return 0;
   });

@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kLock = "lock";
+constexpr const char* kOutputPart = "output.part";
 constexpr mode_t kForAll = 0666;  // less the user's mask
 
 }  // namespace
@@ -28,11 +29,36 @@ std::string shard_folder(const std::string& output) {
 }
 
 std::string temporary_of(const std::string& output) {
-  return shard_folder(output) + "/output.part";
+  return shard_folder(output) + "/" + kOutputPart;
 }
 
-bool is_lock(const std::string& path) {
-  return fs::path(path).filename() == kLock;
+bool is_ours(const std::string& path, const char* ending) {
+  std::error_code ignored;
+  std::string name = fs::path(path).filename().string();
+  const bool digits = name.find_first_not_of("0123456789") == name.size() - std::string(ending).size();
+  return digits && name.front() != '.' && name.ends_with(ending) &&
+         fs::is_regular_file(fs::symlink_status(path, ignored));
+}
+
+bool is_removable(const std::string& path) {
+  std::error_code ignored;
+  const bool whole = fs::is_regular_file(fs::symlink_status(path, ignored));
+  if (whole && fs::path(path).filename() == kOutputPart) return true;
+  for (const char* ending : {".h5", ".checkpoint", ".h5.part", ".checkpoint.part"}) {
+    if (is_ours(path, ending)) return true;
+  }
+  return false;
+}
+
+std::string stranger_beside(const std::string& output) {
+  std::error_code ignored;
+  std::string first;
+  for (const auto& entry : fs::directory_iterator(shard_folder(output), ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name == kLock || is_removable(entry.path().string())) continue;
+    if (first.empty() || name < first) first = name;
+  }
+  return first;
 }
 
 void OutputLock::take(const std::string& output) {
@@ -69,7 +95,7 @@ bool OutputLock::try_once(const std::string& path) {
 void OutputLock::clear() const {
   std::error_code ignored;  // what can't be removed does no harm: it is looked at before it is used
   for (const auto& entry : fs::directory_iterator(shard_folder(output_), ignored)) {
-    if (!is_lock(entry.path().string())) fs::remove_all(entry.path(), ignored);
+    if (is_removable(entry.path().string())) fs::remove(entry.path(), ignored);
   }
 }
 

@@ -12,6 +12,7 @@
 
 #include "crackle/base/durable_file.hpp"
 #include "crackle/base/error.hpp"
+#include "crackle/base/output_lock.hpp"
 #include "crackle/base/version.hpp"
 
 namespace crackle {
@@ -56,6 +57,14 @@ int complain(const std::string& program, const std::exception& error) {
   std::fflush(stdout);
   std::fprintf(stderr, "%s: %s\n", program.c_str(), one_line(explain(error)).c_str());
   return 1;
+}
+
+void tell_what_stays(const std::string& program, const std::string& output) {
+  const std::string place = follow_links(output);
+  const std::string stranger = stranger_beside(place);
+  if (stranger.empty()) return;
+  const std::string text = shard_folder(place) + " stays: " + stranger + " in it is of no run";
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), one_line(text).c_str());
 }
 
 int run_program(const std::string& program, const std::function<int()>& work) {

@@ -89,7 +89,7 @@ void RunFile::clear_folder(const std::set<std::int64_t>& merged) const {
   std::error_code ignored;  // what stays is the same as what the output has
   for (const auto& entry : fs::directory_iterator(shard_folder(options_.path), ignored)) {
     const std::string path = entry.path().string();
-    if (!kept.contains(path) && !is_lock(path)) fs::remove_all(path, ignored);
+    if (!kept.contains(path) && is_removable(path)) fs::remove(path, ignored);
   }
 }
 

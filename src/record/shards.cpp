@@ -18,7 +18,7 @@ std::vector<std::string> paths_ending(const std::string& output, const char* ext
   const std::string folder = shard_folder(output);
   if (!fs::is_directory(folder)) return paths;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() == extension) paths.push_back(entry.path().string());
+    if (is_ours(entry.path().string(), extension)) paths.push_back(entry.path().string());
   }
   std::ranges::sort(paths);
   return paths;

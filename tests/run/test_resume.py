@@ -1,14 +1,16 @@
 """A run that was cut short and continued leaves what an uninterrupted one does, bit for bit."""
 import time
+from pathlib import Path
 
 import pytest
 from networks import small_network
-from program import (OUTPUT, assert_same, attributes, break_samples, contents, datasets, pause_until_samples_are_due,
-                     refuse, run, start, succeed)
+from program import (OUTPUT, assert_same, attributes, break_samples, contents, datasets, execute,
+                     pause_until_samples_are_due, refuse, run, start, succeed)
 from run_file import read_run
 
 SCENE = "-lattice_size 6 -record breaks,profile"
 SHARDS = OUTPUT + ".shards"
+PROJECT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize("first, then", [
@@ -154,6 +156,37 @@ def test_kill_leaves_no_half_written_file_behind_for_good(tmp_path):
     assert list(contents(tmp_path)) == [OUTPUT, OUTPUT + ".part"]
     assert (tmp_path / (OUTPUT + ".part")).read_text() == "somebody's own"
     assert_same(continued, break_samples(tmp_path, f"{SCENE} -samples 4", "whole.h5"))
+
+
+@pytest.mark.parametrize("line", [f"crackle {SCENE} -samples 2 -overwrite", f"crackle {SCENE} -samples 4 -resume",
+                                  f"crackle_merge begun.h5 -output {OUTPUT} -overwrite",
+                                  f"crackle_compare {SCENE} -compare {PROJECT}/options/solver_dense.opts -compare_repetitions 1 "
+                                  f"-monitor none -output {OUTPUT} -overwrite"])
+def test_what_no_run_has_made_stays_in_the_folder_of_shards(tmp_path, line):
+    """Notes, folders and files named by no number are neither read nor removed; that is said in a line."""
+    strange = ["3.checkpoint.txt", "a.h5", "notes.txt", "old/0.h5", "7.h5/notes.txt", "-1.h5", "x.h5.part"]
+    succeed(tmp_path, f"{SCENE} -samples 2")
+    (tmp_path / "begun.h5").write_bytes((tmp_path / OUTPUT).read_bytes())
+    for name in strange:
+        (tmp_path / SHARDS / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / SHARDS / name).write_text(name)
+    (tmp_path / SHARDS / "5.h5").symlink_to(tmp_path / "begun.h5")
+    for name in ("0.h5.part", "7.checkpoint.part", "output.part"):
+        (tmp_path / SHARDS / name).write_text("cut short")
+    result = execute(tmp_path, line)
+    assert result.returncode == 0, result.stderr
+    said = [line for line in result.stderr.splitlines() if " stays: " in line]
+    assert len(said) == 1 and f"{SHARDS} stays: -1.h5 " in said[0], result.stderr
+    left = {name: text for name, text in contents(tmp_path / SHARDS).items() if text is not None}
+    assert sorted(left) == sorted(strange + ["5.h5"])
+    assert all(left[name].decode() == name for name in strange)
+    if line.startswith("crackle "):
+        assert len(datasets(tmp_path / OUTPUT)["/samples/index"]) == (4 if "-resume" in line else 2)
+    for name in sorted((tmp_path / SHARDS).rglob("*"), reverse=True):
+        name.rmdir() if name.is_dir() else name.unlink()
+    result = execute(tmp_path, f"crackle {SCENE} -samples 2 -overwrite")
+    assert result.returncode == 0 and " stays: " not in result.stderr
+    assert not (tmp_path / SHARDS).exists()
 
 
 def test_solver_that_gives_up_keeps_finished_samples(tmp_path):

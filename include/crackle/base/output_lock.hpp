@@ -24,7 +24,7 @@ class OutputLock {
   /// another program has it, WriteError when it can't be made.
   void take(const std::string& output);
 
-  /// Removes all else from the folder; the lock must be held.
+  /// Removes what runs and merges leave in the folder (is_removable); the lock must be held.
   void clear() const;
 
   /// Lets go. A lock file that take() made goes, and so does the folder when nothing else is in it.
@@ -38,8 +38,15 @@ class OutputLock {
   bool is_new_ = false;  ///< no killed run has left it
 };
 
-/// Whether it is the lock among the files of such a folder.
-[[nodiscard]] bool is_lock(const std::string& path);
+/// Whether it is a plain file named by a number and this ending: a shard (".h5"), say. What else somebody has put into
+/// the folder is neither read nor removed.
+[[nodiscard]] bool is_ours(const std::string& path, const char* ending);
+
+/// Whether a run, a merge or a comparison has made it: shards, checkpoints, and what a kill has left of any file.
+[[nodiscard]] bool is_removable(const std::string& path);
+
+/// The first name in the folder of an output that is neither that nor the lock; empty when there is none.
+[[nodiscard]] std::string stranger_beside(const std::string& output);
 
 /// Throws InputError, with the system's reason, when `output` can't be made a plain file: by making one beside it, as
 /// permissions alone don't tell of read-only or special file systems. Its name is gone at once, so that a kill leaves

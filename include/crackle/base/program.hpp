@@ -23,4 +23,7 @@ int run_program(const std::string& program, const std::function<int()>& work);
 /// Prints it so, and returns 1.
 int complain(const std::string& program, const std::exception& error);
 
+/// One line on stderr where the folder of an output's shards could not go, since somebody has put something into it.
+void tell_what_stays(const std::string& program, const std::string& output);
+
 }  // namespace crackle

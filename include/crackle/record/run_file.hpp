@@ -3,7 +3,7 @@
 /// Its schema: see run_records.hpp; what stands beside it while the run goes on: see shards.hpp.
 ///
 /// Samples are ordered by index. A kill loses at most what was not yet a shard (kFlushSeconds). At the end shards are
-/// merged into OUTPUT, and their folder goes.
+/// merged into OUTPUT, and their folder goes, unless somebody has put something else there.
 #pragma once
 
 #include <cstdint>

@@ -27,7 +27,7 @@ inline constexpr int kShardsTogether = 64;
 /// How the name of a checkpoint ends.
 inline constexpr const char* kCheckpoint = ".checkpoint";
 
-/// The shards of a run; empty when there is no folder.
+/// The shards of a run, by name; empty when there is no folder.
 [[nodiscard]] std::vector<std::string> shard_paths(const std::string& output);
 [[nodiscard]] std::vector<std::string> checkpoint_paths(const std::string& output);
 [[nodiscard]] std::string checkpoint_path(const std::string& output, std::int64_t sample);
