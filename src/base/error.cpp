@@ -40,11 +40,6 @@ std::string escaped(char byte) {
   return code.data();
 }
 
-std::string mebibytes(double bytes) {
-  constexpr double kMebibyte = 1 << 20;
-  return std::to_string(std::llround(bytes / kMebibyte)) + " MiB";
-}
-
 /// Address space of this process, in bytes.
 double bytes_in_use() {
   double pages = 0;
@@ -53,6 +48,11 @@ double bytes_in_use() {
 }
 
 }  // namespace
+
+std::string mebibytes(double bytes) {
+  constexpr double kMebibyte = 1 << 20;
+  return std::to_string(std::llround(bytes / kMebibyte)) + " MiB";
+}
 
 std::string explain(const std::exception& error) {
   if (dynamic_cast<const std::bad_alloc*>(&error) == nullptr) return error.what();

@@ -7,9 +7,15 @@
 #include <stdexcept>
 #include <string>
 
+#include "crackle/base/error.hpp"
+#include "crackle/base/memory.hpp"
+
 namespace crackle {
 
 namespace {
+
+/// A number and its row, of the factor that is kept; while it is made there is more.
+constexpr double kBytesAnEntry = sizeof(double) + sizeof(int);
 
 constexpr std::size_t kMostRank = 64;
 /// Unknowns of a subgraph that is not dissected further; 50 to 200 differ by less than 1 % in fill.
@@ -54,7 +60,8 @@ std::vector<int> dissect(const SymmetricRows& K, int block_size, cholmod_common&
   std::vector<int> member(order.size());
   if (inner > 0 &&
       cholmod_nested_dissection(&view, nullptr, 0, order.data(), parent.data(), member.data(), &common) < 0) {
-    throw std::runtime_error("METIS could not order the network");
+    throw std::runtime_error("METIS could not order the network: " + explain(std::bad_alloc()) + "; " +
+                             kLessMemory);
   }
   return order;
 }
@@ -123,8 +130,9 @@ void CholmodFactor::analyse(const SymmetricRows& K, int block_size) {
   change_ = cholmod_allocate_sparse(n, kMostRank, 4 * kMostRank, 1, 1, 0, CHOLMOD_REAL, &common_);
   load_ = cholmod_zeros(n, 1, CHOLMOD_REAL, &common_);
   if (analysis_ == nullptr || change_ == nullptr || load_ == nullptr) {
-    throw std::runtime_error("CHOLMOD found no memory for " + std::to_string(K.n) + " unknowns");
+    throw_no_memory();
   }
+  demand_memory("CHOLMOD's factor of " + std::to_string(K.n) + " unknowns", kBytesAnEntry * common_.lnz);
   const auto* permutation = static_cast<const int*>(analysis_->Perm);
   order_.assign(permutation, permutation + n);
   position_.resize(n);
@@ -138,10 +146,19 @@ void CholmodFactor::factor_afresh(const SymmetricRows& K) {
   cholmod_free_factor(&factor_, &common_);
   factor_ = cholmod_copy_factor(analysis_, &common_);
   if (factor_ == nullptr || cholmod_factorize(&view, factor_, &common_) == 0) {
-    throw std::runtime_error("CHOLMOD found no memory for the factor");
+    throw_no_memory();
   }
+  // it says yes when the conversion finds no memory, and leaves a factor without numbers
+  if (common_.status < CHOLMOD_OK || factor_->xtype == CHOLMOD_PATTERN || factor_->is_super != 0)
+    throw_no_memory();
   bytes_ = static_cast<std::int64_t>(factor_->nzmax * (sizeof(double) + sizeof(int)) +
                                      kept_.size() * sizeof(double));
+}
+
+void CholmodFactor::throw_no_memory() const {
+  throw std::runtime_error("CHOLMOD found no memory, for a factor of " +
+                           mebibytes(kBytesAnEntry * common_.lnz) + ": " + explain(std::bad_alloc()) + "; " +
+                           kLessMemory);
 }
 
 bool CholmodFactor::factor(const SymmetricRows& K) {
@@ -207,14 +224,16 @@ std::vector<int> CholmodFactor::find_null_pivots(const SymmetricRows& K) {
   std::vector<int> order = order_;
   cholmod_factor* probe = cholmod_analyze_p(&view, order.data(), nullptr, 0, &common_);
   if (probe != nullptr) cholmod_factorize(&view, probe, &common_);
+  const bool made = probe != nullptr && common_.status >= CHOLMOD_OK && probe->xtype != CHOLMOD_PATTERN;
   common_.supernodal = strategy;
   common_.dbound = 0;
   common_.postorder = 1;
   std::vector<int> found;
-  for (int column = 0; probe != nullptr && column < K.n - 1; ++column) {
+  for (int column = 0; made && column < K.n - 1; ++column) {
     if (!(std::abs(pivot(probe, column)) > 2 * kNullPivot)) found.push_back(order_[column]);
   }
   cholmod_free_factor(&probe, &common_);
+  if (!made) throw_no_memory();
   return found;
 }
 
@@ -261,7 +280,7 @@ double CholmodFactor::downdate(std::span<const RankOne> w) {
   for (; w.size() > kMostRank; w = w.subspan(kMostRank)) slack *= downdate(w.first(kMostRank));
   fill_change(w);
   collect_path(w);
-  if (cholmod_updown(0, change_, factor_, &common_) == 0) throw std::runtime_error("CHOLMOD found no memory");
+  if (cholmod_updown(0, change_, factor_, &common_) == 0) throw_no_memory();
   for (std::size_t i = 0; i < path_.size(); ++i) slack *= pivot(factor_, path_[i]) / path_pivot_[i];
   return std::isnan(slack) ? 0 : slack;
 }
@@ -282,7 +301,8 @@ void CholmodFactor::run_solve(int system, std::span<const double> b, std::span<d
   auto* load = static_cast<double*>(load_->x);
   const std::size_t n = b.size();
   for (std::size_t i = 0; i < n; ++i) load[position_[i]] = b[i];
-  cholmod_solve2(system, factor_, load_, nullptr, &x_, nullptr, &y_, &e_, &common_);
+  if (cholmod_solve2(system, factor_, load_, nullptr, &x_, nullptr, &y_, &e_, &common_) == 0)
+    throw_no_memory();
   const auto* solution = static_cast<const double*>(x_->x);
   for (std::size_t i = 0; i < n; ++i) x[i] = solution[position_[i]];
 }

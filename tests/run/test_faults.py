@@ -113,3 +113,15 @@ def test_solver_that_gives_up_ends_all_processes_and_keeps_finished_samples(tmp_
     line = "-lattice_size 8 -ksp_type cg -pc_type none -ksp_max_it 60 -samples 50 -monitor none"
     result = run(tmp_path, line, ranks)
     assert result.returncode != 0 and "-ksp_max_it" in stderr_line(result)
+
+
+def test_memory_that_is_not_there_is_refused_before_it_is_taken(tmp_path):
+    """A matrix of 18818 x 18818 numbers, in 2 GiB of address space: both figures, and what to try."""
+    def limit():
+        resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+
+    result = run(tmp_path, "-lattice_size 96 -equilibrium dense -stop breaks=0 -monitor none", prepare=limit)
+    assert result.returncode == 1 and contents(tmp_path) == {}
+    line = stderr_line(result)
+    assert "-equilibrium dense of 18818 unknowns needs 2702 MiB" in line and "ulimit -v allows 2048 MiB" in line
+    assert "-ksp_type cg" in line

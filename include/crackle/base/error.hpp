@@ -27,6 +27,13 @@ class InputError : public std::runtime_error {
                            ": allowed is " + allowed) {}
 };
 
+/// "2702 MiB"
+[[nodiscard]] std::string mebibytes(double bytes);
+
+/// What to try where memory doesn't suffice.
+inline constexpr const char* kLessMemory =
+    "try fewer processes, or a solver that keeps no factor (-ksp_type cg -pc_type circulant, or jacobi)";
+
 /// What to tell of any exception: of std::bad_alloc how much memory is in use, and what the limit is.
 [[nodiscard]] std::string explain(const std::exception& error);
 

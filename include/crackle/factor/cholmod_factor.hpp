@@ -80,6 +80,7 @@ class CholmodFactor {
 
  private:
   void analyse(const SymmetricRows& K, int block_size);
+  [[noreturn]] void throw_no_memory() const;
   void factor_afresh(const SymmetricRows& K);
   [[nodiscard]] bool factor_pinned(const SymmetricRows& K);
   [[nodiscard]] std::vector<int> find_null_pivots(const SymmetricRows& K);

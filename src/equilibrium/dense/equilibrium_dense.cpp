@@ -11,6 +11,7 @@
 #include <string>
 
 #include "crackle/base/error.hpp"
+#include "crackle/base/memory.hpp"
 
 namespace crackle {
 
@@ -150,6 +151,9 @@ std::unique_ptr<Equilibrium> make_equilibrium_dense(const Network& network, cons
     throw InputError("-equilibrium dense on a network of unknowns", std::to_string(network.unknowns),
                      "at most " + std::to_string(kMostDenseUnknowns) + " unknowns");
   }
+  const double n = network.unknowns;
+  demand_memory("-equilibrium dense of " + std::to_string(network.unknowns) + " unknowns",
+                sizeof(double) * n * n);
   return std::make_unique<EquilibriumDense>(network, options, times);
 }
 

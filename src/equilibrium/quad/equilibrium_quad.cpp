@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "crackle/base/error.hpp"
+#include "crackle/base/memory.hpp"
 #include "crackle/equilibrium/quad_solver.hpp"
 #include "crackle/equilibrium/wide_criterion.hpp"
 
@@ -145,6 +146,8 @@ std::unique_ptr<Equilibrium> make_equilibrium_quad(const Network& network, const
                          " unknowns, whose factor has entries",
                      std::to_string(entries), "at most " + std::to_string(kMostQuadEntries) + " of 16 bytes");
   }
+  demand_memory("-equilibrium quad of " + std::to_string(network.unknowns) + " unknowns",
+                static_cast<double>(sizeof(Quad) * entries));
   return std::make_unique<EquilibriumQuad>(network, options, times, std::move(order));
 }
 

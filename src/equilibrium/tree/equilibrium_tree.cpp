@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "crackle/base/memory.hpp"
 #include "crackle/equilibrium/held_solver.hpp"
 #include "crackle/equilibrium/tree/tree_factor.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
@@ -25,12 +26,19 @@ constexpr std::int64_t kMostKept = 4'000'000;
 constexpr double kBreaksPerRow = 25;
 constexpr double kBreaksOfShortSample = 10'000;
 
+SeparatorTree make_affordable_tree(const Network& network, Dissection dissection) {
+  SeparatorTree tree = make_separator_tree(network, dissection);
+  demand_memory("-equilibrium tree of " + std::to_string(network.unknowns) + " unknowns",
+                static_cast<double>(sizeof(double) * tree.block_entries));
+  return tree;
+}
+
 class EquilibriumTree final : public Equilibrium, private HeldFactor {
  public:
   EquilibriumTree(const Network& network, const EquilibriumOptions& options, PhaseTimes& times,
                   const TreeOptions& tree)
       : Equilibrium(network, options, times),
-        tree_(make_separator_tree(network, tree.dissection)),
+        tree_(make_affordable_tree(network, tree.dissection)),
         bonds_(make_tree_bonds(network, tree_)),
         kernels_(tree.kernels != nullptr ? *tree.kernels : *tree_kernels().front()),
         scratch_(static_cast<std::size_t>(tree_.positions()) * kLanes),
