@@ -248,6 +248,25 @@ void check_options(int argc, char* const* argv) {
   }
 }
 
+namespace {
+
+/// Where an option stands that PETSc has and that isn't among those looked through; empty when there is no YAML.
+std::string yaml_place(const std::string& name, const std::vector<GivenOption>& given) {
+  PetscBool set = PETSC_FALSE;
+  petsc::check(PetscOptionsHasName(nullptr, nullptr, name.c_str(), &set));
+  if (set != PETSC_TRUE) return "";
+  std::string place;
+  if (std::getenv("PETSC_OPTIONS_YAML") != nullptr) place = "PETSC_OPTIONS_YAML";
+  for (const GivenOption& option : given) {
+    const bool yaml =
+        option.name == "-options_file_yaml" || (option.name == "-options_file" && is_yaml(option.value));
+    if (yaml) place += (place.empty() ? "options file " : " or options file ") + option.value;
+  }
+  return place;
+}
+
+}  // namespace
+
 std::runtime_error with_place(const std::exception& error) {
   const std::string message = explain(error);
   const std::string name = lower(message.substr(0, message.find_first_of(" :")));
@@ -255,8 +274,8 @@ std::runtime_error with_place(const std::exception& error) {
   const std::vector<GivenOption> given = given_options();
   const auto last = std::find_if(given.rbegin(), given.rend(),
                                  [&name](const GivenOption& option) { return option.name == name; });
-  if (last == given.rend() || last->place.empty()) return std::runtime_error(message);
-  return std::runtime_error(message + " (it stands in " + last->place + ")");
+  const std::string place = last == given.rend() ? yaml_place(name, given) : last->place;
+  return std::runtime_error(place.empty() ? message : message + " (it stands in " + place + ")");
 }
 
 }  // namespace crackle

@@ -7,7 +7,7 @@ Lengths are in lattice spacings along x, forces in bond stiffness x lattice spac
 """
 import numpy as np
 
-VANISHED = 1e-8  # the plate force is taken for zero below this fraction of the intact one
+VANISHED = 1e-8  # of the intact plate force: below it doubles can't tell what is left from 0
 
 
 def triangular_lattice(size, row_spacing=1.0):

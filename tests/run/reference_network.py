@@ -7,7 +7,7 @@ import numpy as np
 
 from networks import BOTTOM, FREE, TOP
 
-VANISHED = 1e-8   # the plate force is taken for zero below this fraction of the intact one
+VANISHED = 1e-8   # of the intact plate force: below it doubles can't tell what is left from 0
 FORCELESS = 1e-9  # an elongation below this fraction of the plate's displacement is rounding
 
 

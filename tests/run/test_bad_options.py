@@ -99,6 +99,17 @@ def test_solver_options_from_a_file_have_the_same_range(tmp_path):
     refuse(tmp_path, "-options_file solver.opts", "-ksp_rtol -nan", "solver.opts, line 3")
 
 
+def test_option_refused_from_yaml_is_told_with_its_file(tmp_path, monkeypatch):
+    (tmp_path / "scene.yaml").write_text("lattice_size: 0\n")
+    refuse(tmp_path, "-options_file_yaml scene.yaml", "-lattice_size 0", "(it stands in options file scene.yaml)")
+    refuse(tmp_path, "-options_file scene.yaml", "-lattice_size 0", "(it stands in options file scene.yaml)")
+    assert "stands in" not in refuse(tmp_path, "-options_file_yaml scene.yaml -lattice_size x", "-lattice_size x")
+    (tmp_path / "scene.yaml").write_text("lattice: file\n")
+    assert "stands in" not in refuse(tmp_path, "-options_file_yaml scene.yaml", "-lattice_file not given")
+    monkeypatch.setattr("program.environment", lambda: {"PETSC_OPTIONS_YAML": "seed: -1"})
+    refuse(tmp_path, "-lattice_size 2", "-seed -1", "(it stands in PETSC_OPTIONS_YAML)")
+
+
 @pytest.mark.parametrize("line", ["-ksp_rtol 1e-13 -ksp_atol 0 -ksp_divtol 1e30 -ksp_max_it 1000", "-ksp_rtol 1e-320",
                                   "-ksp_atol 1e-14 -ksp_rtol 0", "-ksp_rtol -0"])
 def test_numbers_that_a_solver_can_use(tmp_path, line):
