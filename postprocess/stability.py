@@ -3,106 +3,36 @@
 
     stability.py [SCENE.opts ...] [-c CRACKLE_COMPARE] [-s SOLVER.opts,...] [-o FOLDER]
 
-Run it from the project's folder; without scenes: options/extreme_*.opts, which takes some ten minutes. Leaves a
-comparison file for each scene, stability.csv with a line for each scene and strategy, and the table of the README in
-stability.md. A scene that names its strategies (-compare) is run with those.
+Without scenes: the project's options/extreme_*.opts, which takes some ten minutes. Leaves a comparison file for each
+scene, stability.csv with a line for each scene and strategy, and the table of the README in stability.md. A scene that
+names its strategies (-compare) is run with those.
 """
 import argparse
-import csv
-import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
+sys.path.insert(0, str(Path(__file__).resolve().parent))  # this folder's package, installed or not
 
-from comparison_file import read_comparison
+from crackle.study.stability import STRATEGIES, run_scenes
 
-STRATEGIES = "tree,updown,woodbury,cholmod,mumps,dense,quad,lagged,circulant,jacobi"
-COLUMNS = ("scene", "strategy", "breaks", "first_difference", "first_doubtful", "refactors", "backward_error",
-           "residual", "force_error", "outcome", "said")
-
-
-def run_scene(program, scene, solvers, folder):
-    """The comparison of one scene, or None; what went wrong goes to stderr."""
-    output = folder / f"{scene.stem}.h5"
-    command = [program, "-options_file", str(scene), "-compare_repetitions", "1", "-monitor", "none", "-overwrite",
-               "-output", str(output)]
-    if "-compare " not in scene.read_text():
-        command += ["-compare", solvers]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
-    if done.returncode != 0:
-        print(f"{scene}: {done.stderr.strip()}", file=sys.stderr)
-        return None
-    return read_comparison(output)
-
-
-def largest(values):
-    return float(np.nanmax(values)) if np.isfinite(values).any() else float("nan")
-
-
-def judge(comparison, strategy):
-    """One line of the CSV. Outcome: right; ends (with a message, nothing wrong before); told; silent."""
-    get = strategy.attributes.get
-    wrong, doubtful = strategy.first_difference, int(get("first_doubtful"))
-    if wrong and doubtful and doubtful <= wrong:
-        outcome = "told"
-    elif wrong:
-        outcome = "silent"
-    else:
-        outcome = "ends" if get("complaint") else "right"
-    said = get("complaint")
-    if doubtful:
-        said = f"doubtful breaks: {int(get('doubtful'))}" + (f"; {said}" if said else "")
-    return dict(zip(COLUMNS, (
-        Path(comparison.path).stem.removeprefix("extreme_"), strategy.name, int(get("n_f")), wrong, doubtful,
-        int(get("refactors")), largest(strategy.series["backward_error"]), largest(strategy.series["residual"]),
-        largest(strategy.series["force_error"]), outcome, said)))
-
-
-def cell(row):
-    """Of the README's table."""
-    if row["outcome"] == "right":
-        renewed = f", {row['refactors']} new" if row["refactors"] else ""
-        return f"{row['force_error']:.0e}{renewed}"
-    if row["outcome"] == "ends":
-        return f"ends at {row['breaks']}"
-    if row["outcome"] == "told":
-        return f"{row['first_difference']}, told at {row['first_doubtful']}"
-    return f"**{row['first_difference']}, silent**"
-
-
-def write_markdown(path, rows):
-    scenes = list(dict.fromkeys(row["scene"] for row in rows))
-    strategies = list(dict.fromkeys(row["strategy"] for row in rows))
-    cells = {(row["scene"], row["strategy"]): cell(row) for row in rows}
-    lines = ["| scene | " + " | ".join(f"`{s}`" for s in strategies) + " |", "| --- " * (len(strategies) + 1) + "|"]
-    for scene in scenes:
-        lines.append(f"| `{scene}` | " + " | ".join(cells.get((scene, s), "") for s in strategies) + " |")
-    path.write_text("\n".join(lines) + "\n")
+PROJECT = Path(__file__).resolve().parents[1]
 
 
 def main():
+    options = PROJECT / "options"
+    solvers = ",".join(str(options / f"solver_{strategy}.opts") for strategy in STRATEGIES)
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", nargs="*", type=Path)
-    parser.add_argument("-c", "--compare", default="build/release/crackle_compare", help="the program")
-    parser.add_argument("-s", "--solvers", default=",".join(f"options/solver_{s}.opts" for s in STRATEGIES.split(",")))
+    parser.add_argument("-c", "--compare", default=PROJECT / "build/release/crackle_compare", help="the program")
+    parser.add_argument("-s", "--solvers", default=solvers)
     parser.add_argument("-o", "--output", default="stability", type=Path, help="folder for what it leaves")
     arguments = parser.parse_args()
-    scenes = arguments.scenes or sorted(Path("options").glob("extreme_*.opts"))
-    arguments.output.mkdir(parents=True, exist_ok=True)
-    rows = []
-    for scene in scenes:
-        comparison = run_scene(arguments.compare, scene, arguments.solvers, arguments.output)
-        if comparison:
-            rows += [judge(comparison, strategy) for strategy in comparison.strategies]
-            print(f"{scene.stem}: " + ", ".join(f"{r['strategy']} {r['outcome']}" for r in rows
-                                                if r["scene"] == rows[-1]["scene"]), flush=True)
-    with open(arguments.output / "stability.csv", "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        writer.writeheader()
-        writer.writerows(rows)
-    write_markdown(arguments.output / "stability.md", rows)
-    sys.exit(0 if rows else 1)
+    scenes = arguments.scenes or sorted(options.glob("extreme_*.opts"))
+    try:
+        rows = run_scenes(arguments.compare, scenes, arguments.solvers, arguments.output)
+    except (ValueError, OSError) as error:
+        raise SystemExit(f"stability.py: {error}") from error
+    raise SystemExit(0 if rows else 1)
 
 
 if __name__ == "__main__":

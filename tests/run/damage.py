@@ -14,9 +14,8 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from comparison_file import read_comparison
+from crackle.files import read_comparison, read_run
 from program import contents, execute, kill, start
-from run_file import read_run
 
 SECONDS = 10         # no use of such small files may take longer
 SUPERBLOCK = 96      # bytes at the start of a file that describe the file

@@ -23,17 +23,16 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+import conftest  # pylint: disable=unused-import  # makes postprocess importable
 import h5py
 import numpy as np
-
-import conftest  # pylint: disable=unused-import  # makes postprocess importable
+from crackle.files import read_run
 from damage import GOOD, SECONDS, damaged_uses, in_child, kinds
 from fuzz_networks import write_strange_network
 from fuzz_options import as_line, strange_command, strange_file
 from fuzz_structures import STRUCTURES, change_structure
 from networks import small_network
 from program import PROGRAMS, contents, execute, options_of, whole_run
-from run_file import read_run
 
 GIB = 2**30
 MEMORY = 4 * GIB  # of a process

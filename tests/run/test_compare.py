@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from comparison_file import read_comparison
+from crackle.files import read_comparison
 from program import CRACKLE, break_samples, contents, datasets, environment, succeed
 from program import run as run_crackle
 

@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 import h5py
 import numpy as np
 import pytest
+from crackle.files import read_run
 from program import OUTPUT, break_samples
-from run_file import read_run
 
 SCRIPT = Path(__file__).resolve().parents[2] / "postprocess" / "export_xdmf.py"
 KINDS = {("Float", 8): np.float64, ("Int", 4): np.int32, ("Char", 1): np.int8}

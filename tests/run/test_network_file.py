@@ -1,12 +1,12 @@
 """Networks read from a file: those that crackle wrote, irregular ones, and ones with floppy parts."""
 import numpy as np
 import pytest
-from damage_profiles import bond_sections
+from crackle.files import read_run
+from crackle.statistics.damage_profiles import bond_sections
 from networks import BOTTOM, FREE, TOP, NetworkOfFile, irregular_network, small_network
 from program import OUTPUT, assert_same_while_told, break_samples, datasets, options_of, refuse, run, succeed
 from reference_model import triangular_lattice
 from reference_network import break_network
-from run_file import read_run
 
 FROM_FILE = "-lattice file -lattice_file network.h5 -disorder file"
 MUMPS = "-ksp_type preonly -pc_type cholesky -pc_factor_mat_solver_type mumps"

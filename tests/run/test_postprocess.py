@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from crackle.files.run_file import read_run, triangular_network
 from networks import irregular_network
 from program import OUTPUT, break_samples, succeed
-from run_file import read_run, triangular_network
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "postprocess"
 FIELDS = ("index", "peak_load", "peak_displacement", "n_p", "n_f", "initial_stiffness", "wall_time")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from comparison_file import read_comparison
+from crackle.files import read_comparison
 from networks import BOTTOM, FREE, TOP, NetworkOfFile
 from program import CRACKLE, OUTPUT, assert_same, break_samples, environment, kill, refuse, run, start
 

@@ -3,10 +3,10 @@ import time
 from pathlib import Path
 
 import pytest
+from crackle.files import read_run
 from networks import small_network
 from program import (OUTPUT, assert_same, attributes, break_samples, contents, datasets, execute,
                      pause_until_samples_are_due, refuse, run, start, succeed)
-from run_file import read_run
 
 SCENE = "-lattice_size 6 -record breaks,profile"
 SHARDS = OUTPUT + ".shards"

@@ -1,16 +1,14 @@
 """The run file: the schema, nothing that nobody asked for, the same samples in every way of asking."""
 import fcntl
 import os
-
 import time
 
 import h5py
 import numpy as np
 import pytest
+from crackle.files import read_run
 from networks import FREE
-from program import (OUTPUT, assert_same, attributes, break_samples, contents, options_of, run,
-                     succeed)
-from run_file import read_run
+from program import OUTPUT, assert_same, attributes, break_samples, contents, options_of, run, succeed
 
 SAMPLES = {  # name: type; one value a sample
     "/samples/index": "int64", "/samples/peak_load": "float64", "/samples/peak_displacement": "float64",

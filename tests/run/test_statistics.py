@@ -5,18 +5,18 @@ binomial variable of that probability can be; seeds are fixed, so a test passes 
 """
 import numpy as np
 import pytest
-from analysis import rescale_avalanches
-from avalanches import (AvalancheModel, avalanche_sizes, binned_density, choose_s_min, fit_avalanches,
-                        fit_avalanches_resampled, log_bins, size_counts)
-from bootstrap import interval, resampling_weights, weighted_means
-from collapse import Curve, best_collapse, quality
-from damage_profiles import (average_profile, bond_sections, centred, fourier_magnitudes, segment_counts,
-                             uncorrelated_magnitude)
-from goodness import compare, goodness, spread_integers
-from run_file import triangular_network
-from scaling import LOGARITHMIC_LAW, POWER_LAW, SHIFTED_POWER_LAW, fit_law, fit_resampled
+from crackle.files.run_file import triangular_network
+from crackle.statistics.avalanches import (AvalancheModel, avalanche_sizes, binned_density, choose_s_min,
+                                           fit_avalanches, fit_avalanches_resampled, log_bins, size_counts)
+from crackle.statistics.bootstrap import interval, resampling_weights, weighted_means
+from crackle.statistics.collapse import Curve, best_collapse, quality
+from crackle.statistics.damage_profiles import (average_profile, bond_sections, centred, fourier_magnitudes,
+                                                segment_counts, uncorrelated_magnitude)
+from crackle.statistics.goodness import compare, goodness, spread_integers
+from crackle.statistics.scaling import LOGARITHMIC_LAW, POWER_LAW, SHIFTED_POWER_LAW, fit_law, fit_resampled
+from crackle.statistics.strength_fits import FAMILIES, fit_gumbel, fit_weakest_link, fit_weibull
+from crackle.study.analysis import rescale_avalanches
 from scipy.stats import binom
-from strength_fits import FAMILIES, fit_gumbel, fit_weakest_link, fit_weibull
 
 
 def assert_covers(held, of, probability=0.95):

@@ -1,6 +1,6 @@
 """Many runs together: which models and sizes there are, and what follows from their samples.
 
-    from study import read_study
+    from crackle.study import read_study
     study = read_study(["spring_8.h5", "spring_16.h5", "fuse_8.h5"])
     for ensemble in study.of("spring"):
         print(ensemble.size, ensemble.strength.mean())
@@ -12,10 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from avalanches import avalanche_sizes, size_counts
-from bootstrap import RESAMPLES, resampling_weights, weighted_means
-from damage_profiles import bond_sections, section_counts
-from run_file import SCENE_OPTIONS, read_run
+from crackle.files.run_file import SCENE_OPTIONS, read_run
+from crackle.statistics.avalanches import avalanche_sizes, size_counts
+from crackle.statistics.bootstrap import RESAMPLES, resampling_weights, weighted_means
+from crackle.statistics.damage_profiles import bond_sections, section_counts
 
 MODELS = ("spring", "fuse")
 FREE_OPTIONS = ("-model", "-lattice_size", "-seed")  # in these, runs of one study may differ

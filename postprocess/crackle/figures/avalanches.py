@@ -1,9 +1,9 @@
 """Figures of avalanches before the last: distributions, their collapse, and how firmly tau is known."""
 import numpy as np
 
-from analysis import COLLAPSE_LEAST, avalanche_density, avalanche_scaling, of_model
-from plot_style import REFERENCE, interval_text, side_by_side, size_label, size_style
-from study import Missing
+from crackle.figures.style import REFERENCE, interval_text, side_by_side, size_label, size_style
+from crackle.study.analysis import COLLAPSE_LEAST, avalanche_density, avalanche_scaling, of_model
+from crackle.study.ensembles import Missing
 
 
 def avalanches(study):

@@ -1,6 +1,6 @@
 """Reads what crackle_compare leaves behind.
 
-    from comparison_file import read_comparison
+    from crackle.files import read_comparison
     comparison = read_comparison("compare.h5")
     for strategy in comparison.strategies:
         print(strategy.name, strategy.ms_per_break, strategy.first_difference)
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import h5py
 import numpy as np
 
-from hdf5_file import array, check_version, has, number, open_file, read_options, same_length, text
+from crackle.files.hdf5_file import array, check_version, has, number, open_file, read_options, same_length, text
 
 SCHEMA_VERSIONS = (1, 2)  # 2: with checksums
 TIMES = ("time", "total", "set_up", "phase")

@@ -3,10 +3,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from damage_profiles import segment_counts
-from plot_style import NAMES, new_figure, side_by_side
-from sample import AFTER, BEFORE, draw_response
-from study import Missing
+from crackle.figures.sample import AFTER, BEFORE, draw_response
+from crackle.figures.style import NAMES, new_figure, side_by_side
+from crackle.statistics.damage_profiles import segment_counts
+from crackle.study.ensembles import Missing
 
 # The paper's nine pictures (5000 ... 16500 of 13864 at the peak and 16695 at failure), as shares of the way to the
 # peak and from there to failure.

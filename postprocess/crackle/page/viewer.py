@@ -3,7 +3,8 @@ import base64
 
 import numpy as np
 
-from sample import LABELS, TAIL, envelope
+from crackle.figures.sample import LABELS, TAIL
+from crackle.statistics.response import envelope
 
 LARGEST = 128         # lattice size that browsers draw smoothly
 SIZES_OF_A_MODEL = 2

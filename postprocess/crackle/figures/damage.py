@@ -2,11 +2,11 @@
 import numpy as np
 from scipy.stats import norm
 
-from analysis import LEAST_SAMPLES, normal_goodness, of_model, size_law
-from goodness import spread_integers
-from plot_style import (MODEL_COLOURS, NAMES, REFERENCE, inset, interval_text, new_figure, side_by_side, size_label,
-                        size_style, spread_probabilities)
-from study import Missing
+from crackle.figures.style import (MODEL_COLOURS, NAMES, REFERENCE, inset, interval_text, new_figure, side_by_side,
+                                   size_label, size_style, spread_probabilities)
+from crackle.statistics.goodness import spread_integers
+from crackle.study.analysis import LEAST_SAMPLES, normal_goodness, of_model, size_law
+from crackle.study.ensembles import Missing
 
 
 def cumulative(values):

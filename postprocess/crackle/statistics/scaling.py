@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from bootstrap import estimate
+from crackle.statistics.bootstrap import estimate
 
 
 @dataclass

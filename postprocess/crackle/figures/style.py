@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.stats import norm
 
-from study import MODELS, Missing
+from crackle.study.ensembles import MODELS, Missing
 
 PANEL_WIDTH, PANEL_HEIGHT = 3.5, 2.9  # inches: a journal's column
 MARKERS = "osD^v<>ph*"

@@ -8,14 +8,15 @@ from functools import cache
 
 import numpy as np
 
-from avalanches import (binned_density, choose_s_min, fit_avalanches, fit_avalanches_resampled, log_bins)
-from bootstrap import Estimate, estimate
-from collapse import Curve, best_collapse, quality
-from damage_profiles import average_profile, centred
-from goodness import compare, goodness, spread_integers
-from scaling import LOGARITHMIC_LAW, POWER_LAW, SHIFTED_POWER_LAW, Fit, Law, fit_resampled
-from strength_fits import FAMILIES, fit_weakest_link
-from study import Missing
+from crackle.statistics.avalanches import (binned_density, choose_s_min, fit_avalanches, fit_avalanches_resampled,
+                                           log_bins)
+from crackle.statistics.bootstrap import Estimate, estimate
+from crackle.statistics.collapse import Curve, best_collapse, quality
+from crackle.statistics.damage_profiles import average_profile, centred
+from crackle.statistics.goodness import compare, goodness, spread_integers
+from crackle.statistics.scaling import LOGARITHMIC_LAW, POWER_LAW, SHIFTED_POWER_LAW, Fit, Law, fit_resampled
+from crackle.statistics.strength_fits import FAMILIES, fit_weakest_link
+from crackle.study.ensembles import Missing
 
 LEAST_SIZE = 16           # corrections to scaling are strongest below (the paper's choice)
 LEAST_SAMPLES = 20        # for a distribution, and for a size in a fit where others are enough

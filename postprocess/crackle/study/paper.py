@@ -1,6 +1,6 @@
 """What the paper reports: its tables, its exponents, and its tables fitted as ours are.
 
-Source: P. K. V. V. Nukala, S. Zapperi, S. Simunovic, Phys. Rev. E 71 (2005) 066106, in the folder paper/.
+Source: P. K. V. V. Nukala, S. Zapperi, S. Simunovic, Phys. Rev. E 71 (2005) 066106, in the folder paper_tables/.
 """
 import csv
 from functools import cache
@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bootstrap import estimate
-from scaling import LOGARITHMIC_LAW, POWER_LAW, SHIFTED_POWER_LAW, fit_law
+from crackle.statistics.bootstrap import estimate
+from crackle.statistics.scaling import LOGARITHMIC_LAW, POWER_LAW, SHIFTED_POWER_LAW, fit_law
 
-FOLDER = Path(__file__).resolve().parent / "paper"
+FOLDER = Path(__file__).resolve().parent / "paper_tables"
 NOISE = 200  # draws of the tables' sampling errors
 
 

@@ -2,12 +2,12 @@
 import numpy as np
 from scipy.stats import norm
 
-from analysis import LEAST_SAMPLES, of_model, size_law, weakest_link
-from draw_damage import cumulative, reduced
-from plot_style import (MODEL_COLOURS, NAMES, REFERENCE, inset, interval_text, new_figure, size_label, size_style,
-                        spread_probabilities)
-from strength_fits import reduced_log_survival
-from study import MODELS, Missing
+from crackle.figures.damage import cumulative, reduced
+from crackle.figures.style import (MODEL_COLOURS, NAMES, REFERENCE, inset, interval_text, new_figure, size_label,
+                                   size_style, spread_probabilities)
+from crackle.statistics.strength_fits import reduced_log_survival
+from crackle.study.analysis import LEAST_SAMPLES, of_model, size_law, weakest_link
+from crackle.study.ensembles import MODELS, Missing
 
 LEAST_FOR_DENSITY = 200  # samples; a histogram of fewer says little
 

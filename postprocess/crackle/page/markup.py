@@ -4,7 +4,7 @@ import json
 from html import escape
 from pathlib import Path
 
-ASSETS = Path(__file__).resolve().parent / "page"
+ASSETS = Path(__file__).resolve().parent / "assets"
 
 VIEWER = """<section id="crack" aria-label="crack viewer">
 <div class="controls">

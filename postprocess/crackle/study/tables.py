@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-import paper
-from analysis import (LEAST_SAMPLES, LEAST_SIZE, avalanche_scaling, lognormal_parameters, normal_goodness,
-                      profile_scaling, size_law, strength_comparison, strength_goodness, tau_at_size)
-from strength_fits import FAMILIES
-from study import MODELS, Missing
+from crackle.statistics.strength_fits import FAMILIES
+from crackle.study import paper
+from crackle.study.analysis import (LEAST_SAMPLES, LEAST_SIZE, avalanche_scaling, lognormal_parameters, normal_goodness,
+                                    profile_scaling, size_law, strength_comparison, strength_goodness, tau_at_size)
+from crackle.study.ensembles import MODELS, Missing
 
 
 @dataclass

@@ -1,9 +1,9 @@
 """Figures of average damage profiles: at peak load, their Fourier magnitudes, collapse of what comes after."""
 import numpy as np
 
-from analysis import mean_profile, of_model, profile_scaling, rescale_profile
-from damage_profiles import fourier_magnitudes, uncorrelated_magnitude
-from plot_style import inset, interval_text, side_by_side, size_label, size_style, thin
+from crackle.figures.style import inset, interval_text, side_by_side, size_label, size_style, thin
+from crackle.statistics.damage_profiles import fourier_magnitudes, uncorrelated_magnitude
+from crackle.study.analysis import mean_profile, of_model, profile_scaling, rescale_profile
 
 
 def profile_peak(study):

@@ -1,6 +1,6 @@
 """Reads the run files of crackle, also while the run goes on.
 
-    from run_file import read_run
+    from crackle.files import read_run
     run = read_run("crackle.h5")
     print(run.options["-lattice_size"], run.peak_load.mean())
     breaks = run.breaks(0)                  # the first sample in the file
@@ -17,8 +17,8 @@ from typing import Optional
 import h5py
 import numpy as np
 
-from hdf5_file import array, check_version, has, number, open_file, read_options, same_length
-from run_checks import check_breaks, check_network, check_profiles, check_samples, check_snapshots
+from crackle.files.hdf5_file import array, check_version, has, number, open_file, read_options, same_length
+from crackle.files.run_checks import check_breaks, check_network, check_profiles, check_samples, check_snapshots
 
 SCHEMA_VERSIONS = (1, 2)  # 2: with checksums
 SAMPLE_FIELDS = {"index": np.int64, "peak_load": np.float64, "peak_displacement": np.float64, "n_p": np.int32,
