@@ -15,7 +15,9 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # this folder's package, installed or not
+from crackle.needs import need
 
+need("h5py", "matplotlib", "numpy", "scipy")
 from crackle.figures.comparisons import FIGURES, make_figures
 from crackle.files import read_comparison
 

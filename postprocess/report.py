@@ -11,7 +11,9 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # this folder's package, installed or not
+from crackle.needs import need
 
+need("h5py", "matplotlib", "numpy", "scipy")
 from crackle.page.report import make_report
 from crackle.statistics.bootstrap import RESAMPLES
 from crackle.study import read_study

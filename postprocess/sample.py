@@ -9,7 +9,9 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # this folder's package, installed or not
+from crackle.needs import need
 
+need("h5py", "matplotlib", "numpy")
 from crackle.figures.sample import draw_sample
 from crackle.files import read_run
 
