@@ -14,7 +14,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # this folder's package, installed or not
 from crackle.needs import need
 
-need("h5py", "numpy")
+need("h5py", "numpy", "scipy")
 from crackle.study.stability import STRATEGIES, run_scenes
 
 PROJECT = Path(__file__).resolve().parents[1]

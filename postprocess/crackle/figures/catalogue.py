@@ -3,7 +3,7 @@ import os
 from dataclasses import dataclass
 
 from crackle.figures import avalanches, damage, profiles, strength, typical
-from crackle.figures.style import plt
+from crackle.figures.style import in_style
 from crackle.study.ensembles import Missing
 
 
@@ -41,15 +41,13 @@ FIGURES = {
 
 def make_figure(study, name, folder):
     """FOLDER/NAME.pdf and .png. Returns what is missing in it, a line each; raises Missing if nothing can be drawn."""
-    figure = FIGURES[name].draw(study)
-    try:
+    with in_style():
+        figure = FIGURES[name].draw(study)
         os.makedirs(folder, exist_ok=True)
         for ending in ("pdf", "png"):
             metadata = {"CreationDate": None} if ending == "pdf" else None  # same runs, same bytes
             figure.savefig(os.path.join(folder, f"{name}.{ending}"), dpi=180, metadata=metadata)
-        return figure.notes
-    finally:
-        plt.close(figure)
+    return figure.notes
 
 
 def make_all(study, names, folder):

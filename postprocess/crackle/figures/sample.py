@@ -1,10 +1,7 @@
 """One sample of a run file: its force-displacement response, and its broken bonds on the lattice."""
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from crackle.statistics.response import envelope
@@ -81,7 +78,8 @@ def draw_sample(run, s):
     if breaks.bond.min() < 0 or breaks.bond.max() >= len(network.bonds):
         raise ValueError(f"{run.path}: a bond number beyond the network's {len(network.bonds)} bonds")
     model = "fuse" if network.components == 1 else "spring"  # a network file may decide it, not an option
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 5), constrained_layout=True)
+    figure = Figure(figsize=(10.5, 5), layout="constrained")
+    left, right = figure.subplots(1, 2)
     draw_response(left, breaks, model, failed=run.options.get("-stop", "failure") == "failure")
     draw_broken_bonds(right, network, breaks)
     lattice = " ".join(filter(None, map(run.options.get, ("-lattice", "-lattice_size"))))

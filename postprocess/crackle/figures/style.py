@@ -1,9 +1,11 @@
-"""How every figure looks: one colour and marker a size, spring filled and fuse open, panels for print."""
-import matplotlib
+"""How every figure looks: one colour and marker a size, spring filled and fuse open, panels for print.
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+Figures are made without pyplot, so that whoever imports this keeps the backend and the style that are set. Draw and save
+within in_style().
+"""
+import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.stats import norm
 
 from crackle.study.ensembles import MODELS, Missing
@@ -20,13 +22,16 @@ RC = {"font.size": 8.5, "axes.labelsize": 9, "axes.titlesize": 9, "legend.fontsi
       "mathtext.fontset": "dejavusans", "pdf.fonttype": 42, "svg.fonttype": "none"}
 
 
+def in_style():
+    """A context in which figures get the style of all."""
+    return matplotlib.rc_context(RC)
+
+
 def new_figure(columns=1, rows=1, width=PANEL_WIDTH, height=PANEL_HEIGHT, **options):
-    """Figure and axes [rows, columns] in the style of all."""
-    plt.rcParams.update(RC)
-    figure, axes = plt.subplots(rows, columns, figsize=(width * columns, height * rows), squeeze=False,
-                                constrained_layout=True, **options)
+    """Figure and axes [rows, columns]."""
+    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
     figure.notes = []
-    return figure, axes
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
 def side_by_side(draw_panel, rows=1, height=PANEL_HEIGHT, sharey=False):
@@ -48,7 +53,6 @@ def side_by_side(draw_panel, rows=1, height=PANEL_HEIGHT, sharey=False):
         if not failed:
             figure.notes += notes
             return figure
-        plt.close(figure)
         models = [model for model in models if model not in failed]
     raise Missing("; ".join(notes))
 
@@ -57,7 +61,7 @@ def size_style(study, ensemble):
     """Colour and marker of a size, the same in all figures of a study."""
     sizes = sorted({e.size for e in study.all()})
     place = sizes.index(ensemble.size)
-    colour = plt.get_cmap("viridis")(0.9 * place / max(1, len(sizes) - 1))
+    colour = matplotlib.colormaps["viridis"](0.9 * place / max(1, len(sizes) - 1))
     face = colour if ensemble.model == "spring" else "white"
     return dict(color=colour, marker=MARKERS[place % len(MARKERS)], markerfacecolor=face, markeredgewidth=0.7)
 

@@ -1,7 +1,7 @@
 """Figures of one sample of each model: response, snapshots of damage, damage profiles segment by segment."""
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
+from matplotlib.ticker import MaxNLocator
 
 from crackle.figures.sample import AFTER, BEFORE, draw_response
 from crackle.figures.style import NAMES, new_figure, side_by_side
@@ -98,7 +98,7 @@ def _segment_panels(study, side):
         axes[SEGMENTS // 2].yaxis.set_label_coords(-0.16, 1.0)
     figure = side_by_side(panel, rows=SEGMENTS, height=0.95)
     for one in figure.axes:
-        one.yaxis.set_major_locator(plt.MaxNLocator(2))
+        one.yaxis.set_major_locator(MaxNLocator(2))
     return figure
 
 
