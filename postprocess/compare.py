@@ -29,9 +29,10 @@ def main():
     parser.add_argument("-f", "--figure", choices=FIGURES)
     arguments = parser.parse_args()
     try:
-        make_figures([read_comparison(path) for path in arguments.files], arguments.figure, arguments.output)
+        made = make_figures([read_comparison(path) for path in arguments.files], arguments.figure, arguments.output)
     except (ValueError, OSError) as error:
         raise SystemExit(f"compare.py: {error}") from error
+    raise SystemExit(0 if made else 1)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from crackle.figures.comparisons import style_of
 from crackle.files import read_comparison
+from networks import irregular_network
 from program import CRACKLE, break_samples, contents, datasets, environment, succeed
 from program import run as run_crackle
 
@@ -160,6 +162,22 @@ def test_four_figures_from_two_sizes(tmp_path):
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {
         "work_precision.png", "time.png", "error_c5.png", "error_c8.png", "iterations_c5.png", "iterations_c8.png"}
     assert all(path.stat().st_size > 5000 for path in (tmp_path / "figures").iterdir())
+
+
+def test_network_from_a_file_is_drawn_too(tmp_path):
+    irregular_network(1, components=1).write(tmp_path / "network.h5")
+    compare(tmp_path, f"-lattice file -lattice_file network.h5 -compare {solvers('tree', 'quad')} -compare_repetitions 1")
+    result = postprocess("compare.py", tmp_path / "compare.h5", "-o", tmp_path)
+    assert result.returncode == 0 and "several sizes" in result.stderr, result.stderr
+    assert {path.name for path in tmp_path.glob("*.png")} == {
+        "work_precision.png", "error_compare.png", "iterations_compare.png"}
+    result = postprocess("compare.py", tmp_path / "compare.h5", "-f", "time", "-o", tmp_path)
+    assert result.returncode == 1 and result.stderr.count("\n") == 1
+
+
+def test_every_solver_has_a_look_of_its_own():
+    families = [path.stem.removeprefix("solver_") for path in (PROJECT / "options").glob("solver_*.opts")]
+    assert len({tuple(style_of(name).values()) for name in ["any other", *families]}) == len(families) + 1 > 15
 
 
 def test_other_files_are_refused_in_a_line(tmp_path):

@@ -9,26 +9,28 @@
 import sys
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 
+from crackle.figures.style import PANEL_HEIGHT, PANEL_WIDTH, in_style, new_figure
+
 FIGURES = ("work_precision", "error", "time", "iterations")
-FLOOR = 1e-16  # errors of 0 are drawn here
-# Colour and marker of a family, the same in every figure (Okabe and Ito's colours, and three more).
+FLOOR = 1e-16        # errors of 0 are drawn here
+LEGEND_COLUMN = 1.1  # inches
+LEGEND_ROW = 0.16
+# Colour and marker of a family, the same in every figure (Okabe and Ito's colours, and four more).
 STYLES = {
     "tree": ("black", "*"), "updown": ("#D55E00", "D"), "updown_cg": ("#D55E00", "d"), "cholmod": ("#0072B2", "s"),
     "mumps": ("#56B4E9", "s"), "mumps_blr": ("#56B4E9", "v"), "woodbury": ("#CC79A7", "D"), "lagged": ("#0072B2", "o"),
     "jacobi": ("0.55", "o"), "jacobi_warm": ("0.55", "^"), "icc": ("#8C564B", "o"), "gamg": ("#009E73", "o"),
-    "hypre": ("#009E73", "^"), "circulant": ("#E69F00", "o"), "dense": ("0.3", "x"),
+    "hypre": ("#009E73", "^"), "circulant": ("#E69F00", "o"), "dense": ("0.3", "x"), "quad": ("#882255", "X"),
 }
+OTHER = ("#9467BD", "P")  # any solver that has no style of its own
 
 
 def style_of(family):
-    colour, marker = STYLES.get(family, ("#9467BD", "P"))
-    return {"color": colour, "marker": marker, "markeredgecolor": colour}
+    colour, marker = STYLES.get(family, OTHER)
+    size = {"*": 7, "X": 5}.get(marker, 4)
+    return {"color": colour, "marker": marker, "markeredgecolor": colour, "markersize": size}
 
 
 def by_family(strategies):
@@ -40,22 +42,26 @@ def by_family(strategies):
 
 
 def by_scene(comparisons):
-    """Title to the strategies of all files of that model and size; of one that several have, that with most breaks."""
+    """A list of (first comparison, strategies of all files of that model and size); of a strategy that several files have,
+    that with most breaks.
+    """
     scenes = {}
     for comparison in comparisons:
-        best = scenes.setdefault(comparison.title(), {})
+        _, best = scenes.setdefault(comparison.title(), (comparison, {}))
         for strategy in comparison.strategies:
             if strategy.name not in best or strategy.breaks > best[strategy.name].breaks:
                 best[strategy.name] = strategy
-    return {title: list(best.values()) for title, best in scenes.items()}
+    return [(first, list(best.values())) for first, best in scenes.values()]
 
 
-def panels(count, columns):
-    """A figure with a grid of panels, room for a legend below; the panels that are needed."""
-    columns = min(columns, count)
+def panels(count, families):
+    """A figure with so many panels, two in a row, and room below for a legend of so many families."""
+    columns = min(2, count)
     rows = -(-count // columns)
-    height = 4.1 * rows + 0.7
-    figure, axes = plt.subplots(rows, columns, figsize=(5.2 * columns, height), squeeze=False, sharey=True)
+    legend = LEGEND_ROW * -(-families // legend_columns(columns * PANEL_WIDTH)) + 0.1
+    height = rows * PANEL_HEIGHT + legend
+    figure, axes = new_figure(columns, rows, height=height / rows, sharey=True)
+    figure.get_layout_engine().set(rect=(0, legend / height, 1, 1 - legend / height))
     for panel in axes.flat[count:]:
         panel.set_axis_off()
     for panel in axes.flat[:count]:
@@ -65,31 +71,31 @@ def panels(count, columns):
     return figure, axes
 
 
+def legend_columns(width):
+    return max(1, int(width / LEGEND_COLUMN))
+
+
 def add_legend(figure, handles):
-    columns = int(1.3 * figure.get_figwidth() / 2)
-    figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=columns, fontsize="small", frameon=False)
-    rows = -(-len(handles) // columns)
-    figure.tight_layout(rect=(0, (0.22 * rows + 0.15) / figure.get_figheight(), 1, 1))
+    figure.legend(handles.values(), handles.keys(), loc="lower center", ncol=legend_columns(figure.get_figwidth()))
 
 
 def draw_work_precision(comparisons):
     """Open markers: at least one of the breaks is another than the reference's."""
     scenes = by_scene(comparisons)
-    figure, axes = panels(len(scenes), 2)
+    figure, axes = panels(len(scenes), len({s.family for c in comparisons for s in c.strategies}))
     handles = {}
-    for panel, (title, strategies) in zip(axes.flat, scenes.items()):
+    for panel, (comparison, strategies) in zip(axes.flat, scenes):
         for name, group in by_family(strategies).items():
             points = [(s.ms_per_break, max(s.force_error, FLOOR), s.first_difference) for s in group
                       if np.isfinite(s.ms_per_break)]
             if not points:
                 continue
             x, y, differs = map(np.array, zip(*points))
-            style = style_of(name)
-            line, = panel.plot(x, y, linewidth=1, markersize=9 if name == "tree" else 5, label=name, **style)
-            panel.plot(x[differs > 0], y[differs > 0], linewidth=0, markersize=5, markerfacecolor="white", **style)
+            line, = panel.plot(x, y, label=name, **style_of(name))
+            panel.plot(x[differs > 0], y[differs > 0], linewidth=0, **{**style_of(name), "markerfacecolor": "white"})
             handles.setdefault(name, line)
-        panel.set_title(title, fontsize="medium")
-    for panel in axes[-1]:
+        panel.set_title(comparison.title())
+    for panel in axes.flat[max(0, len(scenes) - axes.shape[1]):len(scenes)]:  # those with none below
         panel.set_xlabel("time a break (ms)")
     for panel in axes[:, 0]:
         panel.set_ylabel("error of the forces (median)")
@@ -98,46 +104,47 @@ def draw_work_precision(comparisons):
 
 
 def draw_series(comparison, name, label, logarithmic):
-    figure, panel = plt.subplots(figsize=(8, 4.2))
+    """One quantity of all strategies, each at its tightest tolerance, along the breaks."""
+    figure, axes = new_figure(width=1.6 * PANEL_WIDTH)
+    panel = axes[0, 0]
     for family, group in by_family(comparison.strategies).items():
         tightest = group[-1]
         values = np.array(tightest.series[name], dtype=float)
         values[values < 0] = np.nan
         if name == "iterations" and np.nanmax(values, initial=0) <= 1:
             continue  # direct
-        panel.plot(comparison.number, np.maximum(values, FLOOR) if logarithmic else values, linewidth=1,
-                   markersize=3, label=tightest.name, **style_of(family))
+        panel.plot(comparison.number, np.maximum(values, FLOOR) if logarithmic else values, label=tightest.name,
+                   **style_of(family))
     if logarithmic:
         panel.set_yscale("log")
     panel.set_xlabel("number of the break")
     panel.set_ylabel(label)
-    panel.set_title(comparison.title(), fontsize="medium")
+    panel.set_title(comparison.title())
     panel.grid(True, linewidth=0.3)
     if panel.get_legend_handles_labels()[0]:
-        panel.legend(fontsize="x-small", frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
-    figure.tight_layout()
+        panel.legend(loc="center left", bbox_to_anchor=(1, 0.5))
     return figure
 
 
 def draw_time(comparisons):
     """A panel a model, one curve a family, at its tightest tolerance."""
     curves = {}
-    for title, strategies in by_scene(comparisons).items():
-        model, size = title.split(", L = ")
+    for comparison, strategies in by_scene(comparisons):
+        families = curves.setdefault(comparison.options["-model"], {})
         for family, group in by_family(strategies).items():
-            curves.setdefault(model, {}).setdefault(family, []).append((int(size), group[-1].ms_per_break))
-    figure, axes = panels(len(curves), 2)
+            families.setdefault(family, []).append((comparison.size, group[-1].ms_per_break))
+    figure, axes = panels(len(curves), len({family for families in curves.values() for family in families}))
     handles = {}
     for panel, (model, families) in zip(axes.flat, curves.items()):
         for family, points in families.items():
             x, y = np.array(sorted(points)).T
-            line, = panel.plot(x, y, linewidth=1, markersize=9 if family == "tree" else 5, **style_of(family))
+            line, = panel.plot(x, y, **style_of(family))
             handles.setdefault(family, line)
         sizes = sorted({size for points in families.values() for size, _ in points})
         panel.set_xticks(sizes, [str(size) for size in sizes])
         panel.minorticks_off()
         panel.set_xlabel("L")
-        panel.set_title(model, fontsize="medium")
+        panel.set_title(model)
     axes[0, 0].set_ylabel("time a break (ms)")
     add_legend(figure, handles)
     return figure
@@ -146,14 +153,14 @@ def draw_time(comparisons):
 def figures_of(comparisons, wanted):
     """Name to figure, of those that the files are enough for; why not, for the others, goes to stderr."""
     made = {}
-    sizes = {c.options["-lattice_size"] for c in comparisons}
+    sized = [c for c in comparisons if c.size is not None]
     if wanted in (None, "work_precision"):
         made["work_precision"] = draw_work_precision(comparisons)
     if wanted in (None, "time"):
-        if len(sizes) > 1:
-            made["time"] = draw_time(comparisons)
+        if len({c.size for c in sized}) > 1:
+            made["time"] = draw_time(sized)
         else:
-            print("compare.py: no figure `time`: all files are of one size", file=sys.stderr)
+            print("compare.py: no figure `time`: it needs files of several sizes", file=sys.stderr)
     for comparison in comparisons:
         stem = Path(comparison.path).stem
         if wanted in (None, "error"):
@@ -164,9 +171,11 @@ def figures_of(comparisons, wanted):
 
 
 def make_figures(comparisons, wanted, folder):
-    """FOLDER/NAME.png of the figure wanted, or of all (None), telling each."""
+    """FOLDER/NAME.png of the figure wanted, or of all (None), telling each; returns how many could be made."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, figure in figures_of(comparisons, wanted).items():
-        figure.savefig(folder / f"{name}.png", dpi=110)
-        plt.close(figure)
-        print(folder / f"{name}.png")
+    with in_style():
+        figures = figures_of(comparisons, wanted)
+        for name, figure in figures.items():
+            figure.savefig(folder / f"{name}.png", dpi=180)
+            print(folder / f"{name}.png")
+    return len(figures)

@@ -57,8 +57,15 @@ class Comparison:
     stiffness: np.ndarray       # float64[B]
     strategies: list
 
+    @property
+    def size(self):
+        """L; None for a network from a file."""
+        return int(self.options["-lattice_size"]) if "-lattice_size" in self.options else None
+
     def title(self):
-        return f"{self.options['-model']}, L = {self.options['-lattice_size']}"
+        if self.size is None:
+            return f"network {self.options.get('-lattice_file', 'from a file')}"
+        return f"{self.options['-model']}, L = {self.size}"
 
 
 def read_comparison(path):
