@@ -15,8 +15,8 @@ packages=(
   python3 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-pytest
 )
 
-# a browser, and what drives it, for the tests of the report's page
-test_packages=(chromium chromium-driver python3-selenium)
+# a browser, and what drives it, for the tests of the report's page; what installs the Python package, for those of it
+test_packages=(chromium chromium-driver python3-selenium python3-pip python3-setuptools python3-wheel)
 style_packages=(clang-format-14 clang-tidy-16)
 
 # installs those of the packages named that are not there

@@ -14,9 +14,9 @@ NAMES = ("compare.py", "export_xdmf.py", "figures.py", "report.py", "sample.py",
 def call(name, folder, *pythons, **variables):
     """`name --help` by the first python3 of the folders `pythons`, as a shell would start it."""
     path = os.pathsep.join(map(str, pythons))
-    return subprocess.run([SCRIPTS / name, "--help"], cwd=folder, capture_output=True, text=True, timeout=60, check=False,
-                          env={**os.environ, "PATH": path, "MPLCONFIGDIR": str(folder), "PYTHONDONTWRITEBYTECODE": "1",
-                               **variables})
+    environment = {**os.environ, "PATH": path, "MPLCONFIGDIR": str(folder), "PYTHONDONTWRITEBYTECODE": "1", **variables}
+    return subprocess.run([SCRIPTS / name, "--help"], cwd=folder, env=environment, capture_output=True, text=True,
+                          timeout=60, check=False)
 
 
 @pytest.fixture(scope="module", name="bare")
