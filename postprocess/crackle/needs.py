@@ -12,8 +12,8 @@ PATIENCE = 60  # seconds that another python3 may take to import everything
 
 
 def need(*modules):
-    """Ends the program, status 1, unless this python3 has the modules: one line says which it lacks, and which python3 on
-    PATH has them.
+    """Ends the program, status 1, unless this python3 has the modules: one line says which it lacks, and which
+    python3 on PATH has them.
     """
     lacking = [module for module in modules if not can_import(module)]
     if not lacking:

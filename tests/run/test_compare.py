@@ -166,7 +166,8 @@ def test_four_figures_from_two_sizes(tmp_path):
 
 def test_network_from_a_file_is_drawn_too(tmp_path):
     irregular_network(1, components=1).write(tmp_path / "network.h5")
-    compare(tmp_path, f"-lattice file -lattice_file network.h5 -compare {solvers('tree', 'quad')} -compare_repetitions 1")
+    line = f"-lattice file -lattice_file network.h5 -compare_repetitions 1 -compare {solvers('tree', 'quad')}"
+    compare(tmp_path, line)
     result = postprocess("compare.py", tmp_path / "compare.h5", "-o", tmp_path)
     assert result.returncode == 0 and "several sizes" in result.stderr, result.stderr
     assert {path.name for path in tmp_path.glob("*.png")} == {

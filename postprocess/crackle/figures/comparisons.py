@@ -42,8 +42,8 @@ def by_family(strategies):
 
 
 def by_scene(comparisons):
-    """A list of (first comparison, strategies of all files of that model and size); of a strategy that several files have,
-    that with most breaks.
+    """A list of (first comparison, strategies of all files of that model and size); of a strategy that several files
+    have, that with most breaks.
     """
     scenes = {}
     for comparison in comparisons:

@@ -1,7 +1,7 @@
 """How every figure looks: one colour and marker a size, spring filled and fuse open, panels for print.
 
-Figures are made without pyplot, so that whoever imports this keeps the backend and the style that are set. Draw and save
-within in_style().
+Figures are made without pyplot, so that whoever imports this keeps the backend and the style that are set. Draw and
+save within in_style().
 """
 import matplotlib
 import numpy as np

@@ -138,9 +138,9 @@ def table_exponents(study):
                   note="Intervals: 95 %, bootstrap over samples; they hold statistical errors only. Agree: our interval "
                   "meets the range that the paper's rounded value stands for; the paper gives no errors, and its sizes "
                   "reach 256. Paper's tables, our fit: the same fit on Tables 1 and 2. Fit: chi-squared per degree of "
-                  "freedom, the collapse's quality S, or sqrt(n) D of a maximum-likelihood fit: far above 1, the law does not describe the data within their "
-                  "errors, and the exponent is an effective one "
-                  f"for these sizes. Sizes from L = {LEAST_SIZE} and {LEAST_SAMPLES} samples on, where they are enough.")
+                  "freedom, the collapse's quality S, or sqrt(n) D of a maximum-likelihood fit: far above 1, the law "
+                  "does not describe the data within their errors, and the exponent is an effective one for these "
+                  f"sizes. Sizes from L = {LEAST_SIZE} and {LEAST_SAMPLES} samples on, where they are enough.")
     for model in MODELS:
         if not study.of(model):
             continue
