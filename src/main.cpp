@@ -19,7 +19,7 @@
 #include "crackle/ensemble/ensemble.hpp"
 #include "crackle/ensemble/report.hpp"
 #include "crackle/equilibrium/ksp/preconditioner.hpp"
-#include "crackle/equilibrium/tree/equilibrium_tree.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/network/network_file.hpp"
 #include "crackle/scene/option_table.hpp"
 #include "crackle/scene/scene.hpp"
@@ -56,8 +56,9 @@ std::vector<crackle::Run> make_runs(const std::deque<Study>& studies) {
     runs.push_back(crackle::make_run(study.scene, study.intact, study.header));
     if (studies.size() > 1) runs.back().name = "L = " + std::to_string(study.scene.network.size);
     if (!study.scene.tree_view) continue;
-    runs.back().inspect = [](const crackle::Equilibrium& equilibrium) {
-      std::printf("\n%s", crackle::describe(crackle::tree_counts(equilibrium)).c_str());
+    const auto describe = crackle::find_strategy(study.scene.equilibrium.strategy).describe;
+    runs.back().inspect = [describe](const crackle::Equilibrium& equilibrium) {
+      std::printf("\n%s", describe(equilibrium).c_str());
     };
   }
   return runs;

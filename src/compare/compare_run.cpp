@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "crackle/base/error.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/scene/option_table.hpp"
 #include "crackle/scene/scene.hpp"
 
@@ -136,12 +137,12 @@ class Drive {
     return iterations;
   }
 
-  /// Not on the clock. Strategies may count on being asked before the first break; `tree` before every one.
+  /// Not on the clock. Strategies may count on being asked before the first break, some before every one.
   void skip(Equilibrium& equilibrium) {
     const double start = processor_seconds();
     equilibrium.reset(scene_.threshold);
     seconds_ = seconds_since(start);
-    const bool asks = read_strategy().strategy == "tree";
+    const bool asks = find_strategy(read_strategy().strategy).looks_ahead;
     for (std::int64_t k = 0; k < reference_.skip; ++k) {
       Critical next;
       if (k == 0 || asks) (void)equilibrium.find_critical(next);

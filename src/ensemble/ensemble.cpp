@@ -8,6 +8,7 @@
 
 #include "crackle/base/error.hpp"
 #include "crackle/ensemble/workplace.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 
 namespace crackle {
 

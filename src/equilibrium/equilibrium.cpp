@@ -4,13 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "crackle/base/error.hpp"
-#include "crackle/equilibrium/dense/equilibrium_dense.hpp"
 #include "crackle/equilibrium/held_solver.hpp"
-#include "crackle/equilibrium/ksp/equilibrium_ksp.hpp"
-#include "crackle/equilibrium/quad/equilibrium_quad.hpp"
 #include "crackle/equilibrium/referee.hpp"
-#include "crackle/equilibrium/tree/equilibrium_tree.hpp"
 
 namespace crackle {
 
@@ -177,22 +172,6 @@ bool Equilibrium::has_failed(double stiffness) {
 
 double Equilibrium::smallest_pivot() {
   return std::numeric_limits<double>::quiet_NaN();
-}
-
-std::string equilibrium_names() {
-  return "tree, ksp, dense or quad";
-}
-
-std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const EquilibriumOptions& options,
-                                              PhaseTimes& times) {
-  if (options.strategy == "tree") {
-    return make_equilibrium_tree(network, options, times,
-                                 {.verify = options.verify, .kernels = options.kernels});
-  }
-  if (options.strategy == "ksp") return make_equilibrium_ksp(network, options, times);
-  if (options.strategy == "dense") return make_equilibrium_dense(network, options, times);
-  if (options.strategy == "quad") return make_equilibrium_quad(network, options, times);
-  throw InputError("-equilibrium", options.strategy, equilibrium_names());
 }
 
 }  // namespace crackle

@@ -7,6 +7,7 @@
 
 #include "crackle/base/petsc_handle.hpp"
 #include "crackle/equilibrium/ksp/pc_updown.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/fracture/fracture.hpp"
 #include "crackle/network/lattice.hpp"
 #include "crackle/network/lattices.hpp"

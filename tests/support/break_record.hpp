@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/fracture/fracture.hpp"
 #include "crackle/network/disorder.hpp"
 #include "crackle/record/observe_breaks.hpp"

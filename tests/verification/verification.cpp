@@ -6,6 +6,7 @@
 
 #include "crackle/base/petsc_handle.hpp"
 #include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/factor/cholmod_factor.hpp"
 #include "crackle/network/disorder.hpp"
 #include "crackle/network/lattices.hpp"

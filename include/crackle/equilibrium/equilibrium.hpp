@@ -244,13 +244,4 @@ class Equilibrium {
   double intact_stiffness_ = 0;
 };
 
-/// Names that `-equilibrium` takes, for messages: "tree, ksp, dense or quad".
-[[nodiscard]] std::string equilibrium_names();
-
-/// The strategy of that name. Throws InputError for an unknown one.
-/// PETSc-based strategies read their solver's options from the PETSc options database.
-[[nodiscard]] std::unique_ptr<Equilibrium> make_equilibrium(const Network& network,
-                                                            const EquilibriumOptions& options,
-                                                            PhaseTimes& times);
-
 }  // namespace crackle

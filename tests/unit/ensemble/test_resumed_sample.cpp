@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/fracture/fracture.hpp"
 #include "crackle/record/observe_breaks.hpp"
 #include "crackle/record/observe_profile.hpp"

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "support/break_record.hpp"
-#include "support/expect_refused.hpp"
 #include "support/small_networks.hpp"
 
 namespace crackle {
@@ -280,13 +280,6 @@ TEST(Equilibrium, ResetForgetsAndFailureIsAShareOfTheIntactStiffness) {
     equilibrium.reset(std::vector{0.1});
     EXPECT_TRUE(equilibrium.has_failed(0)) << "an intact network that carries nothing";
   }
-}
-
-TEST(Equilibrium, RefusesAStrategyItDoesNotKnow) {
-  const Network network = test::bundle(1);
-  PhaseTimes times;
-  test::expect_refused([&] { (void)make_equilibrium(network, {.strategy = "guess"}, times); },
-                       {"-equilibrium", "guess", equilibrium_names()});
 }
 
 }  // namespace

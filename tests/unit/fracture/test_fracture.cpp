@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/fracture/fracture.hpp"
 #include "support/break_record.hpp"
 #include "support/expect_refused.hpp"

@@ -5,6 +5,7 @@
 #include <functional>
 #include <numeric>
 
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/fracture/fracture.hpp"
 #include "crackle/record/observe_breaks.hpp"
 #include "crackle/record/observe_profile.hpp"

@@ -2,6 +2,7 @@
 
 #include "crackle/equilibrium/ksp/equilibrium_ksp.hpp"
 #include "crackle/equilibrium/ksp/pc_shell.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "support/break_record.hpp"
 #include "support/expect_refused.hpp"
 #include "support/small_networks.hpp"

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <typeinfo>
 
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/equilibrium/tree/equilibrium_tree.hpp"
 #include "support/break_record.hpp"
 #include "support/dense_reference.hpp"

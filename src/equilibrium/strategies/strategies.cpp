@@ -1,0 +1,75 @@
+#include "crackle/equilibrium/strategies/strategies.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "crackle/base/error.hpp"
+#include "crackle/equilibrium/dense/equilibrium_dense.hpp"
+#include "crackle/equilibrium/ksp/equilibrium_ksp.hpp"
+#include "crackle/equilibrium/quad/equilibrium_quad.hpp"
+#include "crackle/equilibrium/tree/equilibrium_tree.hpp"
+
+namespace crackle {
+
+namespace {
+
+std::unique_ptr<Equilibrium> make_tree(const Network& network, const EquilibriumOptions& options,
+                                       PhaseTimes& times) {
+  return make_equilibrium_tree(network, options, times,
+                               {.verify = options.verify, .kernels = options.kernels});
+}
+
+std::string describe_tree(const Equilibrium& equilibrium) {
+  return describe(tree_counts(equilibrium));
+}
+
+constexpr std::array kStrategies = {
+    StrategyKind{.name = "tree",
+                 .meaning = "a factor on a separator tree, breaks verified several at a time",
+                 .make = make_tree,
+                 .describe = describe_tree,
+                 .looks_ahead = true},
+    StrategyKind{.name = "ksp",
+                 .meaning = "a PETSc KSP (the default when a -ksp_ or -pc_ option is given)",
+                 .make = make_equilibrium_ksp,
+                 .describe = nullptr,
+                 .looks_ahead = false},
+    StrategyKind{.name = "dense",
+                 .meaning = "LAPACK, for small networks",
+                 .make = make_equilibrium_dense,
+                 .describe = nullptr,
+                 .looks_ahead = false},
+    StrategyKind{.name = "quad",
+                 .meaning = "a factor in 113 bits, where stiffnesses are too far apart for the others",
+                 .make = make_equilibrium_quad,
+                 .describe = nullptr,
+                 .looks_ahead = false},
+};
+
+}  // namespace
+
+std::span<const StrategyKind> strategy_kinds() {
+  return kStrategies;
+}
+
+std::string equilibrium_names() {
+  std::string names;
+  for (const StrategyKind& kind : kStrategies) {
+    const bool last = &kind == &kStrategies.back();
+    names.append(names.empty() ? "" : last ? " or " : ", ").append(kind.name);
+  }
+  return names;
+}
+
+const StrategyKind& find_strategy(const std::string& name) {
+  const auto* const kind = std::ranges::find(kStrategies, name, &StrategyKind::name);
+  if (kind == kStrategies.end()) throw InputError("-equilibrium", name, equilibrium_names());
+  return *kind;
+}
+
+std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const EquilibriumOptions& options,
+                                              PhaseTimes& times) {
+  return find_strategy(options.strategy).make(network, options, times);
+}
+
+}  // namespace crackle
