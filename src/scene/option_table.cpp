@@ -12,7 +12,7 @@
 #include "crackle/base/error.hpp"
 #include "crackle/base/named.hpp"
 #include "crackle/base/option_database.hpp"
-#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/network/disorder.hpp"
 #include "crackle/network/lattices.hpp"
 #include "crackle/scene/choices.hpp"
@@ -56,6 +56,9 @@ std::string law_meanings() {
 std::string stiffness_meanings() {
   return meanings_of(stiffness_laws());
 }
+std::string strategy_meanings() {
+  return meanings_of(strategy_kinds());
+}
 std::string exponents() {
   std::string text;
   for (const ThresholdLaw& law : threshold_laws()) {
@@ -65,7 +68,7 @@ std::string exponents() {
   return text;
 }
 Words strategies() {
-  return {"tree", "ksp", "dense", "quad"};
+  return names_of(strategy_kinds());
 }
 Words kernels() {
   return {"auto", "plain", "avx2", "avx512"};
@@ -107,9 +110,7 @@ constexpr std::array kOptions = {
            "where a sample ends: nothing carries, F below x of the intact F, n breaks, plate displacement d",
            true},
     Option{"-equilibrium", "tree", words(strategies),
-           "strategy: a factor on a separator tree; a PETSc KSP (the default when a -ksp_ or -pc_ option "
-           "is given); LAPACK; a factor in 113 bits, where stiffnesses are too far apart for the others",
-           true},
+           "what keeps the network in equilibrium while bonds break", true, strategy_meanings},
     Option{"-equilibrium_refactor_every", "1", integer(1),
            "ksp: breaks that one preconditioner serves; an older one leaves more to the iteration", true},
     Option{"-equilibrium_check", "0", integer(0),

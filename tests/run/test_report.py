@@ -176,7 +176,7 @@ def test_run_still_going_on(runs, tmp_path):
     """Shards are read; the page says that the run is not over, and which samples it has."""
     shutil.copy(runs / "spring_6.h5", tmp_path / "run.h5")
     os.mkdir(tmp_path / "run.h5.shards")
-    succeed(tmp_path, "-lattice_size 6 -seed 0 -first_sample 200 -samples 3 -monitor none -output run.h5.shards/a.h5")
+    succeed(tmp_path, "-lattice_size 6 -seed 0 -first_sample 200 -samples 3 -monitor none -output run.h5.shards/7.h5")
     result = script(tmp_path, "figures.py", "damage_peak_cdf", "avalanches", "-i", "run.h5", "-o", "figures")
     assert result.returncode == 0, result.stderr
     assert "note: run.h5: the run is still going on or was interrupted; 203 finished samples so far" in result.stdout

@@ -130,7 +130,7 @@ class Run:
 
 
 def read_run(path):
-    """Reads a run file, and the finished samples that a run still going on keeps in PATH.shards/*.h5.
+    """Reads a run file, and the finished samples that a run still going on keeps in PATH.shards/N.h5.
 
     Everything is read into memory and the files are closed again. Samples are ordered by number, each once.
     Raises ValueError, in one line, if the file is missing, damaged, of another kind or of another schema, or holds what
@@ -138,7 +138,8 @@ def read_run(path):
     """
     path = os.fspath(path)
     # Shards first: one that the run merges away meanwhile is then in the run file, which is read after it.
-    shards = sorted(glob.glob(glob.escape(path) + ".shards/*.h5"))
+    shards = sorted(shard for shard in glob.glob(glob.escape(path) + ".shards/*.h5")
+                     if os.path.basename(shard)[:-3].isdigit())  # what else lies there is none of ours
     parts = [part for part in (_read_part(shard, may_vanish=True) for shard in shards) if part]
     main = _read_part(path, may_vanish=bool(parts))
     if main:

@@ -1,9 +1,9 @@
 #include "crackle/equilibrium/strategies/strategies.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "crackle/base/error.hpp"
+#include "crackle/base/named.hpp"
 #include "crackle/equilibrium/dense/equilibrium_dense.hpp"
 #include "crackle/equilibrium/ksp/equilibrium_ksp.hpp"
 #include "crackle/equilibrium/quad/equilibrium_quad.hpp"
@@ -53,17 +53,12 @@ std::span<const StrategyKind> strategy_kinds() {
 }
 
 std::string equilibrium_names() {
-  std::string names;
-  for (const StrategyKind& kind : kStrategies) {
-    const bool last = &kind == &kStrategies.back();
-    names.append(names.empty() ? "" : last ? " or " : ", ").append(kind.name);
-  }
-  return names;
+  return any_of(names_of(kStrategies));
 }
 
 const StrategyKind& find_strategy(const std::string& name) {
-  const auto* const kind = std::ranges::find(kStrategies, name, &StrategyKind::name);
-  if (kind == kStrategies.end()) throw InputError("-equilibrium", name, equilibrium_names());
+  const StrategyKind* const kind = find_named(kStrategies, name);
+  if (kind == nullptr) throw InputError("-equilibrium", name, equilibrium_names());
   return *kind;
 }
 
