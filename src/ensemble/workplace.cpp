@@ -5,9 +5,7 @@
 #include <utility>
 
 #include "crackle/base/error.hpp"
-#include "crackle/record/observe_breaks.hpp"
-#include "crackle/record/observe_profile.hpp"
-#include "crackle/record/observe_snapshot.hpp"
+#include "crackle/record/part.hpp"
 
 namespace crackle {
 
@@ -21,12 +19,12 @@ double seconds_since(Clock::time_point start) {
 
 /// Only the observers that the scene asks for; breaks in any case where samples can be resumed from them.
 std::vector<std::unique_ptr<Observer>> make_observers(const Run& run, SampleRecord& record) {
-  const RecordOptions& wanted = run.output.record;
+  const PartScene scene{run.network, run.output.record, run.section_height};
   std::vector<std::unique_ptr<Observer>> observers;
-  observers.push_back(std::make_unique<ObserveBreaks>(record));
-  if (wanted.profile)
-    observers.push_back(std::make_unique<ObserveProfile>(run.network, run.section_height, record));
-  if (wanted.snapshot) observers.push_back(std::make_unique<ObserveSnapshot>(wanted.snapshot_at, record));
+  for (const RecordPart* part : record_parts()) {
+    if (part == record_parts().front() || run.output.record.has(part->name))
+      observers.push_back(part->observe(scene, record));
+  }
   return observers;
 }
 
@@ -65,7 +63,7 @@ void Workplace::break_chunk(const Chunk& chunk, Report& report) {
     const auto start = Clock::now();
     if (!break_one(index)) return;
     as_leader([this] {
-      if (run_.output.record.breaks) {
+      if (run_.output.record.has("breaks")) {
         shards_->add(record_);
       } else {
         SampleRecord slim = record_;

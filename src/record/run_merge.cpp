@@ -1,7 +1,6 @@
 #include "crackle/record/run_merge.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <sstream>
 #include <utility>
@@ -9,6 +8,7 @@
 #include "crackle/base/durable_file.hpp"
 #include "crackle/base/error.hpp"
 #include "crackle/base/output_lock.hpp"
+#include "crackle/record/part.hpp"
 #include "crackle/record/run_records.hpp"
 #include "crackle/record/shards.hpp"
 
@@ -24,26 +24,14 @@ struct Found {
   std::size_t file = 0;
 };
 
-bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
-}
-
-bool same(const Snapshot& a, const Snapshot& b) {
-  return a.number == b.number && same_bits(a.displacement, b.displacement) && same_bits(a.force, b.force);
-}
-
 /// The time that they took aside.
 bool same(const SampleRecord& a, const SampleRecord& b) {
   const auto numbers = [](const SampleSummary& s) {
     return std::vector{s.peak_load, s.peak_displacement, s.initial_stiffness, static_cast<double>(s.n_p),
                        static_cast<double>(s.n_f)};
   };
-  return same_bits(numbers(a.summary), numbers(b.summary)) && a.bond == b.bond && same_bits(a.load, b.load) &&
-         same_bits(a.stiffness, b.stiffness) && a.profile_peak == b.profile_peak &&
-         a.profile_failure == b.profile_failure &&
-         std::ranges::equal(a.snapshots, b.snapshots,
-                            [](const auto& x, const auto& y) { return same(x, y); });
+  return same_bits(numbers(a.summary), numbers(b.summary)) &&
+         std::ranges::all_of(record_parts(), [&](const RecordPart* part) { return part->same(a, b); });
 }
 
 /// The output of a run, and its shards.

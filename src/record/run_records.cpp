@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <charconv>
 #include <ctime>
-#include <unordered_map>
 #include <utility>
 
 #include "crackle/base/error.hpp"
 #include "crackle/base/hdf5_handle.hpp"
 #include "crackle/base/version.hpp"
 #include "crackle/network/network_file.hpp"
+#include "crackle/record/part.hpp"
 #include "crackle/record/record_check.hpp"
+#include "crackle/record/rows.hpp"
 
 namespace crackle {
 
@@ -34,18 +35,7 @@ void write_each(hid_t where, const std::string& name, std::span<const SampleReco
   hdf5::write<T>(where, name, values);
 }
 
-/// One dataset of the vectors that every record has, end to end.
-template <class T>
-void write_joined(hid_t where, const std::string& name, std::span<const SampleRecord> records,
-                  std::vector<T> SampleRecord::*part, std::size_t columns = 0) {
-  std::vector<T> values;
-  for (const SampleRecord& record : records) {
-    values.insert(values.end(), (record.*part).begin(), (record.*part).end());
-  }
-  hdf5::write<T>(where, name, values, columns);
-}
-
-void write_samples(hid_t file, const RecordOptions& options, std::span<const SampleRecord> records) {
+void write_samples(hid_t file, std::span<const SampleRecord> records) {
   const hdf5::Handle group = hdf5::create_group(file, "samples");
   const auto number = [&](const std::string& name, double SampleSummary::*field) {
     write_each<double>(group, name, records, [field](const SampleRecord& r) { return r.summary.*field; });
@@ -61,112 +51,6 @@ void write_samples(hid_t file, const RecordOptions& options, std::span<const Sam
   number("wall_time", &SampleSummary::wall_time);
   count("n_p", &SampleSummary::n_p);
   count("n_f", &SampleSummary::n_f);
-  if (!options.breaks) return;
-  std::vector<std::int64_t> offset{0};
-  for (const SampleRecord& record : records) offset.push_back(offset.back() + std::ssize(record.bond));
-  hdf5::write<std::int64_t>(group, "break_offset", offset);
-  const hdf5::Handle breaks = hdf5::create_group(file, "breaks");
-  write_joined(breaks, "bond", records, &SampleRecord::bond);
-  write_joined(breaks, "load", records, &SampleRecord::load);
-  write_joined(breaks, "stiffness", records, &SampleRecord::stiffness);
-}
-
-void write_profiles(hid_t file, std::span<const SampleRecord> records) {
-  const hdf5::Handle group = hdf5::create_group(file, "profile");
-  const std::size_t sections = records.empty() ? 1 : records.front().profile_peak.size();
-  write_joined(group, "peak", records, &SampleRecord::profile_peak, sections);
-  write_joined(group, "failure", records, &SampleRecord::profile_failure, sections);
-}
-
-void write_snapshots(hid_t file, std::span<const SampleRecord> records) {
-  const hdf5::Handle group = hdf5::create_group(file, "snapshots");
-  std::vector<std::int64_t> sample;
-  std::vector<std::int32_t> number;
-  std::vector<double> displacement;
-  std::vector<double> force;
-  for (const SampleRecord& record : records) {
-    for (const Snapshot& snapshot : record.snapshots) {
-      sample.push_back(record.summary.index);
-      number.push_back(snapshot.number);
-      displacement.insert(displacement.end(), snapshot.displacement.begin(), snapshot.displacement.end());
-      force.insert(force.end(), snapshot.force.begin(), snapshot.force.end());
-    }
-  }
-  hdf5::write<std::int64_t>(group, "sample", sample);
-  hdf5::write<std::int32_t>(group, "number", number);
-  hdf5::write<double>(group, "displacement", displacement,
-                      sample.empty() ? 1 : displacement.size() / sample.size());
-  hdf5::write<double>(group, "force", force, sample.empty() ? 1 : force.size() / sample.size());
-}
-
-/// A dataset of one value for each of `rows`, or with columns != nullptr of a row of as many each.
-template <class T>
-std::vector<T> read_rows(hid_t file, const std::string& name, std::size_t rows,
-                         std::size_t* columns = nullptr) {
-  std::vector<hsize_t> shape;
-  std::vector<T> values = hdf5::read<T>(file, name, &shape);
-  if (shape.size() != (columns == nullptr ? 1 : 2) || shape[0] != rows) {
-    throw InputError("shape of dataset /" + name, "",
-                     "[" + std::to_string(rows) + "]" + (columns == nullptr ? "" : "[..]"));
-  }
-  if (columns != nullptr) *columns = static_cast<std::size_t>(shape[1]);
-  return values;
-}
-
-/// The values that belong to one row.
-template <class T>
-std::vector<T> row_of(const std::vector<T>& values, std::size_t row, std::size_t columns) {
-  const auto begin = values.begin() + static_cast<std::ptrdiff_t>(row * columns);
-  return {begin, begin + static_cast<std::ptrdiff_t>(columns)};
-}
-
-void read_breaks(hid_t file, std::vector<SampleRecord>& records) {
-  const auto offset = read_rows<std::int64_t>(file, "samples/break_offset", records.size() + 1);
-  std::vector<hsize_t> shape;
-  const auto bond = hdf5::read<std::int32_t>(file, "breaks/bond", &shape);
-  if (shape.size() != 1) throw InputError("shape of dataset /breaks/bond", "", "[B]");
-  if (offset.front() != 0 || !std::ranges::is_sorted(offset) || offset.back() != std::ssize(bond)) {
-    throw InputError("dataset /samples/break_offset", "",
-                     "ascending places in /breaks, from 0 to " + std::to_string(bond.size()));
-  }
-  const auto load = read_rows<double>(file, "breaks/load", bond.size());
-  const auto stiffness = read_rows<double>(file, "breaks/stiffness", bond.size());
-  for (std::size_t s = 0; s < records.size(); ++s) {
-    records[s].bond.assign(bond.begin() + offset[s], bond.begin() + offset[s + 1]);
-    records[s].load.assign(load.begin() + offset[s], load.begin() + offset[s + 1]);
-    records[s].stiffness.assign(stiffness.begin() + offset[s], stiffness.begin() + offset[s + 1]);
-  }
-}
-
-void read_profiles(hid_t file, std::vector<SampleRecord>& records) {
-  std::size_t sections = 0;
-  const auto peak = read_rows<std::int32_t>(file, "profile/peak", records.size(), &sections);
-  std::size_t same = 0;
-  const auto failure = read_rows<std::int32_t>(file, "profile/failure", records.size(), &same);
-  if (same != sections) throw InputError("columns of /profile/failure", "", "those of /profile/peak");
-  for (std::size_t s = 0; s < records.size(); ++s) {
-    records[s].profile_peak = row_of(peak, s, sections);
-    records[s].profile_failure = row_of(failure, s, sections);
-  }
-}
-
-void read_snapshots(hid_t file, std::vector<SampleRecord>& records) {
-  const auto sample = hdf5::read<std::int64_t>(file, "snapshots/sample");
-  std::size_t displacements = 0;
-  std::size_t forces = 0;
-  const auto number = read_rows<std::int32_t>(file, "snapshots/number", sample.size());
-  const auto displacement = read_rows<double>(file, "snapshots/displacement", sample.size(), &displacements);
-  const auto force = read_rows<double>(file, "snapshots/force", sample.size(), &forces);
-  std::unordered_map<std::int64_t, SampleRecord*> owner;
-  for (SampleRecord& record : records) owner[record.summary.index] = &record;
-  for (std::size_t i = 0; i < sample.size(); ++i) {
-    const auto found = owner.find(sample[i]);
-    if (found == owner.end()) {
-      throw InputError("dataset /snapshots/sample", std::to_string(sample[i]), "numbers in /samples/index");
-    }
-    found->second->snapshots.push_back(
-        {number[i], row_of(displacement, i, displacements), row_of(force, i, forces)});
-  }
 }
 
 /// The numbers of a list with commas between; none where there is no list.
@@ -209,10 +93,11 @@ RunHeader read_head(hid_t file) {
 }
 
 RecordOptions find_parts(hid_t file) {
-  return {.breaks = hdf5::exists(file, "breaks"),
-          .profile = hdf5::exists(file, "profile"),
-          .snapshot = hdf5::exists(file, "snapshots"),
-          .network = hdf5::exists(file, "network")};
+  RecordOptions found{.parts = {}, .network = hdf5::exists(file, "network")};
+  for (const RecordPart* part : record_parts()) {
+    if (hdf5::exists(file, part->group)) found.parts.insert(part->name);
+  }
+  return found;
 }
 
 /// The parts of a file, which must be those at least that its options ask for.
@@ -222,12 +107,10 @@ RecordFacts find_facts(hid_t file) {
                     .displacements = static_cast<std::int64_t>(header.nodes) * header.components,
                     .record = find_parts(file)};
   const std::string asked = "," + option_value(header.options, "-record") + ",";
-  for (const auto& [word, group, there] : {std::tuple{",breaks,", "/breaks", facts.record.breaks},
-                                           {",profile,", "/profile", facts.record.profile},
-                                           {",snapshot,", "/snapshots", facts.record.snapshot}}) {
-    if (asked.find(word) != std::string::npos && !there) {
-      throw InputError(std::string("group ") + group, "", "present: -record asks for it");
-    }
+  for (const RecordPart* part : record_parts()) {
+    const bool wanted = asked.find("," + std::string(part->name) + ",") != std::string::npos;
+    if (!wanted || facts.record.has(part->name)) continue;
+    throw InputError(std::string("group /") + part->group, "", "present: -record asks for it");
   }
   facts.record.snapshot_at = numbers_of(option_value(header.options, "-record_snapshot_at"));
   return facts;
@@ -252,9 +135,9 @@ std::vector<SampleRecord> read_file(hid_t file) {
   fill("n_p", &SampleSummary::n_p);
   fill("n_f", &SampleSummary::n_f);
   check_numbers(index);
-  if (facts.record.breaks) read_breaks(file, records);
-  if (facts.record.profile) read_profiles(file, records);
-  if (facts.record.snapshot) read_snapshots(file, records);
+  for (const RecordPart* part : record_parts()) {
+    if (facts.record.has(part->name)) part->read(file, records);
+  }
   check_records(records, facts);
   return records;
 }
@@ -276,9 +159,10 @@ void write_head(hid_t file, const RunHeader& header) {
 }
 
 void write_parts(hid_t file, const RecordOptions& record, std::span<const SampleRecord> records) {
-  write_samples(file, record, records);
-  if (record.profile) write_profiles(file, records);
-  if (record.snapshot) write_snapshots(file, records);
+  write_samples(file, records);
+  for (const RecordPart* part : record_parts()) {
+    if (record.has(part->name)) part->write(file, records);
+  }
 }
 
 /// read(file), its complaints with the file's name.

@@ -109,7 +109,7 @@ void ShardWriter::gather() {
 
 void ShardWriter::write_checkpoint(const SampleRecord& begun) const {
   RecordOptions record = record_;
-  record.breaks = true;
+  record.parts.insert("breaks");
   record.network = false;
   write_shard(checkpoint_path(output_, begun.summary.index), format_run(header_, record, {&begun, 1}));
 }

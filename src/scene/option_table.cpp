@@ -15,6 +15,7 @@
 #include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/network/disorder.hpp"
 #include "crackle/network/lattices.hpp"
+#include "crackle/record/part.hpp"
 #include "crackle/scene/choices.hpp"
 
 namespace crackle {
@@ -55,6 +56,12 @@ std::string law_meanings() {
 }
 std::string stiffness_meanings() {
   return meanings_of(stiffness_laws());
+}
+std::string part_meanings() {
+  std::string text;
+  for (const RecordPart* part : record_parts())
+    text.append(part->name).append(": ").append(part->meaning).append("; ");
+  return text + "network: the network";
 }
 std::string strategy_meanings() {
   return meanings_of(strategy_kinds());
@@ -127,9 +134,8 @@ constexpr std::array kOptions = {
     Option{"-output", "crackle.h5", text("the path of a file"), "the run file", false},
     Option{"-resume", "false", flag(), "continue the run that -output holds", false},
     Option{"-overwrite", "false", flag(), "replace what -output holds", false},
-    Option{"-record", "breaks",
-           text("none, or any of breaks, profile, snapshot, network, with commas between"),
-           "what the run file keeps beside one row a sample", true},
+    Option{"-record", "breaks", any_words(record_words, "none"),
+           "what the run file keeps beside one row a sample", true, part_meanings},
     Option{"-record_profile_height", "", number_above(0),
            "height of a profile's sections (a row; of a network file: the median height of its bonds)", true},
     Option{"-record_snapshot_at", "", text("break numbers from 1, with commas between"),
@@ -217,6 +223,8 @@ std::string describe(const Allowed& allowed) {
       const std::string also = allowed.text;
       return any_of(allowed.words()) + (also.empty() ? "" : ", " + also);
     }
+    case Kind::any_words:
+      return std::string(allowed.text) + ", or any of " + all_of(allowed.words()) + ", with commas between";
     case Kind::flag:
       return "true or false";
     case Kind::text:

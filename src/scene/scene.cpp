@@ -13,7 +13,8 @@
 #include "crackle/base/petsc_handle.hpp"
 #include "crackle/base/solver_values.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
-#include "crackle/record/observe_profile.hpp"
+#include "crackle/record/part.hpp"
+#include "crackle/record/part_profile.hpp"
 #include "crackle/scene/choices.hpp"
 #include "crackle/scene/option_reader.hpp"
 #include "crackle/scene/option_table.hpp"
@@ -83,20 +84,21 @@ StopRule read_stop(Reader& reader) {
 
 RecordOptions read_record(Reader& reader) {
   RecordOptions record;
-  record.breaks = false;
+  record.parts.clear();
   const std::string list = reader.text("-record");
-  const std::initializer_list<std::pair<const char*, bool*>> parts = {{"breaks", &record.breaks},
-                                                                      {"profile", &record.profile},
-                                                                      {"snapshot", &record.snapshot},
-                                                                      {"network", &record.network}};
+  const std::vector<std::string> known = record_words();
   for (const std::string& word : list == "none" ? std::vector<std::string>{} : split(list)) {
-    const auto part = std::ranges::find(parts, word, [](const auto& p) { return std::string(p.first); });
-    if (part == parts.end()) throw InputError("-record", list, allowed_of("-record"));
-    *part->second = true;
+    if (std::ranges::find(known, word) == known.end())
+      throw InputError("-record", list, allowed_of("-record"));
+    if (word == "network") {
+      record.network = true;
+    } else {
+      record.parts.insert(word);
+    }
   }
-  if (record.profile && reader.given("-record_profile_height"))
+  if (record.has("profile") && reader.given("-record_profile_height"))
     record.profile_height = reader.number<double>("-record_profile_height");
-  if (!record.snapshot) return record;
+  if (!record.has("snapshot")) return record;
   const std::string numbers = reader.text("-record_snapshot_at");
   for (const std::string& word : split(numbers)) {
     const auto at = Reader::parse_within<std::int32_t>(word, allow::integer(1));
@@ -230,7 +232,7 @@ void check_thresholds(const Scene& scene, const IntactNetwork& intact) {
 
 /// Height of a profile's sections.
 double section_height(const Scene& scene, const IntactNetwork& intact) {
-  if (!scene.output.record.profile) return 1;
+  if (!scene.output.record.has("profile")) return 1;
   double height = scene.output.record.profile_height;
   if (height == 0) {
     height = scene.network.lattice == nullptr ? usual_section_height(intact.network.lattice)
@@ -316,7 +318,7 @@ RunHeader make_header(const Scene& scene, const IntactNetwork& intact) {
   RunHeader header;
   auto options = scene.options;
   options["-model"] = intact.network.model == Model::fuse ? "fuse" : "spring";
-  if (scene.network.lattice == nullptr && scene.output.record.profile)
+  if (scene.network.lattice == nullptr && scene.output.record.has("profile"))
     options["-record_profile_height"] = shortest(section_height(scene, intact));
   header.options = format_options(options);
   for (const auto& [name, value] : options) {

@@ -11,8 +11,8 @@
 #include "crackle/fracture/fracture.hpp"
 #include "crackle/network/lattice.hpp"
 #include "crackle/network/lattices.hpp"
-#include "crackle/record/observe_breaks.hpp"
-#include "crackle/record/observe_profile.hpp"
+#include "crackle/record/part_breaks.hpp"
+#include "crackle/record/part_profile.hpp"
 #include "support/break_record.hpp"
 
 namespace {

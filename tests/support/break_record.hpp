@@ -6,7 +6,7 @@
 #include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/fracture/fracture.hpp"
 #include "crackle/network/disorder.hpp"
-#include "crackle/record/observe_breaks.hpp"
+#include "crackle/record/part_breaks.hpp"
 
 namespace crackle::test {
 

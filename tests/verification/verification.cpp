@@ -12,7 +12,7 @@
 #include "crackle/network/lattices.hpp"
 #include "crackle/network/matrix_rows.hpp"
 #include "crackle/network/network_matrix.hpp"
-#include "crackle/record/observe_breaks.hpp"
+#include "crackle/record/part_breaks.hpp"
 #include "support/leak_check.hpp"
 
 namespace crackle::verification {

@@ -34,4 +34,11 @@ template <class Table>
   return text;
 }
 
+/// "a, b, c".
+[[nodiscard]] inline std::string all_of(std::span<const std::string> words) {
+  std::string text;
+  for (const std::string& word : words) text.append(text.empty() ? "" : ", ").append(word);
+  return text;
+}
+
 }  // namespace crackle

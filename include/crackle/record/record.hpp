@@ -2,6 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "crackle/fracture/observer.hpp"
@@ -10,12 +15,12 @@ namespace crackle {
 
 /// Which parts a run keeps: `-record`.
 struct RecordOptions {
-  bool breaks = true;
-  bool profile = false;
-  bool snapshot = false;
+  std::set<std::string, std::less<>> parts{"breaks"};  ///< names of rows of record_parts()
   bool network = false;
   double profile_height = 0;  ///< of a section; 0: a row of a generated lattice, or the usual one
   std::vector<std::int32_t> snapshot_at{};  ///< break numbers, ascending, from 1
+
+  [[nodiscard]] bool has(std::string_view part) const { return parts.contains(part); }
 };
 
 /// The fields just before a bond breaks, at the load at which it does.
@@ -33,6 +38,8 @@ struct SampleRecord {
   std::vector<std::int32_t> profile_peak;     ///< [sections] broken up to and with the peak load
   std::vector<std::int32_t> profile_failure;  ///< [sections] broken in all
   std::vector<Snapshot> snapshots;
+  /// Parts that keep numbers of each sample: of dataset "group/name".
+  std::map<std::string, double, std::less<>> number;
 };
 
 }  // namespace crackle

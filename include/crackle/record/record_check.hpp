@@ -5,16 +5,9 @@
 #include <limits>
 #include <span>
 
-#include "crackle/record/record.hpp"
+#include "crackle/record/part.hpp"
 
 namespace crackle {
-
-/// What the head of a file says of its samples.
-struct RecordFacts {
-  BondId bonds = 0;                ///< of the network; 0: not known
-  std::int64_t displacements = 0;  ///< nodes times components; 0: not known
-  RecordOptions record;            ///< the parts that every sample has at least
-};
 
 /// Sample numbers are 0 to this.
 inline constexpr std::int64_t kLastSample = std::numeric_limits<std::int64_t>::max() - 1;

@@ -16,7 +16,7 @@ inline constexpr int kLargestSize = 8192;
 
 /// What an option's value may be.
 struct Allowed {
-  enum class Kind : std::uint8_t { words, integer, number, flag, text };
+  enum class Kind : std::uint8_t { words, any_words, integer, number, flag, text };
   enum class Many : std::uint8_t { one, each_size, sizes };  ///< a value; or one for each size; several sizes
 
   Kind kind = Kind::text;
@@ -52,6 +52,10 @@ constexpr Allowed text(const char* what) {
 }
 constexpr Allowed words(std::vector<std::string> (*list)(), const char* also = "") {
   return {.kind = Allowed::Kind::words, .words = list, .text = also};
+}
+/// A list of these, or `none`.
+constexpr Allowed any_words(std::vector<std::string> (*list)(), const char* none) {
+  return {.kind = Allowed::Kind::any_words, .words = list, .text = none};
 }
 constexpr Allowed flag() {
   return {.kind = Allowed::Kind::flag};

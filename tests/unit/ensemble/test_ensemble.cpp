@@ -39,7 +39,7 @@ void forget_times(std::vector<SampleRecord>& records) {
 
 TEST(Ensemble, PiecesMakeTheWholeBitForBit) {
   const test::TemporaryFolder folder;
-  const RecordOptions record{.breaks = true, .profile = true, .snapshot = true, .snapshot_at = {2}};
+  const RecordOptions record{.parts = {"breaks", "profile", "snapshot"}, .snapshot_at = {2}};
   std::vector<SampleRecord> whole = run(folder.path("whole.h5"), 0, 6, record);
   (void)run(folder.path("pieces.h5"), 4, 2, record);
   (void)run(folder.path("pieces.h5"), 1, 1, record);
@@ -72,12 +72,12 @@ TEST(Ensemble, DrawsFromSeedAndSampleAndRecordsOnlyWhatIsAskedFor) {
   }
   {
     const test::TemporaryFolder folder;
-    const std::vector<SampleRecord> none = run(folder.path("none.h5"), 0, 2, {.breaks = false});
+    const std::vector<SampleRecord> none = run(folder.path("none.h5"), 0, 2, {.parts = {}});
     ASSERT_EQ(none.size(), 2u);
     EXPECT_GT(none[0].summary.n_f, 0);
     EXPECT_TRUE(none[0].bond.empty() && none[0].profile_peak.empty() && none[0].snapshots.empty());
     const std::vector<SampleRecord> profile =
-        run(folder.path("profile.h5"), 0, 2, {.breaks = false, .profile = true});
+        run(folder.path("profile.h5"), 0, 2, {.parts = {"profile"}});
     EXPECT_TRUE(profile[0].bond.empty() && profile[0].snapshots.empty());
     EXPECT_EQ(profile[0].profile_failure.size(), 4u);
   }

@@ -20,7 +20,7 @@ class Site {
   Site(Network network, const std::string& path, const EnsembleOptions& ensemble = {}, bool resume = false)
       : network_(std::move(network)),
         ensemble_(ensemble),
-        output_{.path = path, .resume = resume, .record = {.profile = true}},
+        output_{.path = path, .resume = resume, .record = {.parts = {"breaks", "profile"}}},
         place_(run_, kNumber, make_equilibrium(network_, equilibrium_, times_), ranks_, hand_out_, times_) {}
 
   Workplace& place() { return place_; }

@@ -7,9 +7,9 @@
 
 #include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/fracture/fracture.hpp"
-#include "crackle/record/observe_breaks.hpp"
-#include "crackle/record/observe_profile.hpp"
-#include "crackle/record/observe_snapshot.hpp"
+#include "crackle/record/part_breaks.hpp"
+#include "crackle/record/part_profile.hpp"
+#include "crackle/record/part_snapshot.hpp"
 #include "support/break_record.hpp"
 #include "support/expect_refused.hpp"
 #include "support/small_networks.hpp"

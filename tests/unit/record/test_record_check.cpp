@@ -16,7 +16,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 RecordFacts all_parts() {
   return {.bonds = test::kRecordBonds,
           .displacements = test::kRecordDisplacements,
-          .record = {.breaks = true, .profile = true, .snapshot = true, .snapshot_at = {}}};
+          .record = {.parts = {"breaks", "profile", "snapshot"}, .snapshot_at = {}}};
 }
 
 TEST(RecordCheck, TakesWhatARunLeaves) {
@@ -28,7 +28,7 @@ TEST(RecordCheck, TakesWhatARunLeaves) {
   EXPECT_NO_THROW(check_records(std::vector{unbroken}, all_parts())) << "-stop breaks=0";
   SampleRecord slim;
   slim.summary = test::sample_record(0).summary;
-  EXPECT_NO_THROW(check_records(std::vector{slim}, {.record = {.breaks = false}})) << "-record none";
+  EXPECT_NO_THROW(check_records(std::vector{slim}, {.record = {.parts = {}}})) << "-record none";
 }
 
 /// A record that is whole but for what `spoil` does to it.

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 using Indices = std::vector<std::int64_t>;
 
-constexpr RecordOptions kAll{.breaks = true, .profile = true, .snapshot = true};
+const RecordOptions kAll{.parts = {"breaks", "profile", "snapshot"}};
 
 enum class Start : std::uint8_t { fresh, resume, overwrite };
 

@@ -16,8 +16,8 @@
 namespace crackle {
 namespace {
 
-constexpr RecordOptions kAll{.breaks = true, .profile = true, .snapshot = true};
-constexpr RecordOptions kNone{.breaks = false};
+const RecordOptions kAll{.parts = {"breaks", "profile", "snapshot"}};
+const RecordOptions kNone{.parts = {}};
 
 /// The paths of all datasets and groups of a file.
 std::set<std::string> contents(const std::string& path) {
@@ -73,11 +73,11 @@ TEST(RunRecords, HoldNothingThatNobodyAskedFor) {
     return contents(path);
   };
   EXPECT_EQ(written(kNone, {}), kAlways);
-  EXPECT_EQ(written({.breaks = true}, {}), with(kAlways, {"samples/break_offset", "breaks", "breaks/bond",
+  EXPECT_EQ(written(RecordOptions{}, {}), with(kAlways, {"samples/break_offset", "breaks", "breaks/bond",
                                                           "breaks/load", "breaks/stiffness"}));
-  EXPECT_EQ(written({.breaks = false, .profile = true}, {}),
+  EXPECT_EQ(written({.parts = {"profile"}}, {}),
             with(kAlways, {"profile", "profile/peak", "profile/failure"}));
-  EXPECT_EQ(written({.breaks = false, .snapshot = true}, {}),
+  EXPECT_EQ(written({.parts = {"snapshot"}}, {}),
             with(kAlways, {"snapshots", "snapshots/sample", "snapshots/number", "snapshots/displacement",
                            "snapshots/force"}));
   const Network network = test::bundle(3);
@@ -88,7 +88,7 @@ TEST(RunRecords, HoldNothingThatNobodyAskedFor) {
                                             "network/bonds/nodes",
                                             "network/nodes/grip",
                                             "network/bonds/stiffness"};
-  const RecordOptions with_network{.breaks = false, .network = true};
+  const RecordOptions with_network{.parts = {}, .network = true};
   EXPECT_EQ(written(with_network, {.network = &network}), with(kAlways, network_parts));
   EXPECT_EQ(written(with_network, {.network = &network, .threshold = {0.1, 0.2, 0.3}}),
             with(with(kAlways, network_parts), {"network/bonds/threshold"}));

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr RecordOptions kAll{.breaks = true, .profile = true, .snapshot = true};
+const RecordOptions kAll{.parts = {"breaks", "profile", "snapshot"}};
 const RunHeader kHeader{.options = "-seed 1\n"};
 
 /// A folder for the shards of run.h5.
@@ -96,7 +96,7 @@ TEST(Shards, CheckpointsAreReadAndGoWithTheirSample) {
 TEST(Shards, CheckpointsHaveTheBreaksInAnyCase) {
   const test::TemporaryFolder folder;
   const std::string output = begin(folder);
-  const RecordOptions none{.breaks = false};
+  const RecordOptions none{.parts = {}};
   const ShardWriter writer(output, kHeader, none, 0, 1);
   writer.write_checkpoint(test::sample_record(2));
   EXPECT_EQ(writer.read_checkpoint(2, 100)->bond, test::sample_record(2).bond);

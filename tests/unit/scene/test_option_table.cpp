@@ -40,6 +40,7 @@ TEST(OptionTable, DefaultsAreAllowed) {
     const std::string value = option.standard;
     switch (option.allowed.kind) {
       case Allowed::Kind::words:
+      case Allowed::Kind::any_words:
         EXPECT_EQ(std::ranges::count(option.allowed.words(), value), 1);
         break;
       case Allowed::Kind::integer:

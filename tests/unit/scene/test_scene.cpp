@@ -24,8 +24,9 @@ TEST(Scene, WithoutOptionsIsThePapersAtSizeSixteen) {
   EXPECT_EQ(scene.ensemble.stop.kind, StopRule::Kind::failure);
   EXPECT_EQ(scene.output.path, "crackle.h5");
   EXPECT_FALSE(scene.output.resume || scene.output.overwrite);
-  EXPECT_TRUE(scene.output.record.breaks);
-  EXPECT_FALSE(scene.output.record.profile || scene.output.record.snapshot || scene.output.record.network);
+  EXPECT_TRUE(scene.output.record.has("breaks"));
+  EXPECT_FALSE(scene.output.record.has("profile") || scene.output.record.has("snapshot") ||
+               scene.output.record.network);
 }
 
 TEST(Scene, TakesAndEchoesWhatIsGiven) {
@@ -46,7 +47,7 @@ TEST(Scene, TakesAndEchoesWhatIsGiven) {
   EXPECT_EQ(scene.ensemble.stop.value, 0.25);
   EXPECT_TRUE(scene.equilibrium.many_samples);
   EXPECT_EQ(scene.disorder.seed, ~std::uint64_t{0});
-  EXPECT_FALSE(scene.output.record.breaks);
+  EXPECT_FALSE(scene.output.record.has("breaks"));
   EXPECT_EQ(scene.output.record.snapshot_at, (std::vector<std::int32_t>{2, 7}));
   EXPECT_EQ(scene.options.at("-model"), "fuse");
   EXPECT_EQ(scene.options.at("-lattice_size"), "9");

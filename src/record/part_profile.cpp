@@ -1,11 +1,15 @@
-#include "crackle/record/observe_profile.hpp"
+#include "crackle/record/part_profile.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
+#include <numeric>
 
 #include "crackle/base/error.hpp"
+#include "crackle/record/part.hpp"
+#include "crackle/record/rows.hpp"
 
 namespace crackle {
 
@@ -86,5 +90,60 @@ void ObserveProfile::bond_breaks(std::int32_t /*number*/, const Critical& critic
   peak_load_ = critical.load;
   record_.profile_peak = record_.profile_failure;
 }
+
+namespace {
+
+std::unique_ptr<Observer> observe_profile(const PartScene& scene, SampleRecord& record) {
+  return std::make_unique<ObserveProfile>(scene.network, scene.section_height, record);
+}
+
+void write_profiles(hid_t file, std::span<const SampleRecord> records) {
+  const hdf5::Handle group = hdf5::create_group(file, "profile");
+  const std::size_t sections = records.empty() ? 1 : records.front().profile_peak.size();
+  write_joined(group, "peak", records, &SampleRecord::profile_peak, sections);
+  write_joined(group, "failure", records, &SampleRecord::profile_failure, sections);
+}
+
+void read_profiles(hid_t file, std::span<SampleRecord> records) {
+  std::size_t sections = 0;
+  const auto peak = read_rows<std::int32_t>(file, "profile/peak", records.size(), &sections);
+  std::size_t same = 0;
+  const auto failure = read_rows<std::int32_t>(file, "profile/failure", records.size(), &same);
+  if (same != sections) throw InputError("columns of /profile/failure", "", "those of /profile/peak");
+  for (std::size_t s = 0; s < records.size(); ++s) {
+    records[s].profile_peak = row_of(peak, s, sections);
+    records[s].profile_failure = row_of(failure, s, sections);
+  }
+}
+
+bool same_profile(const SampleRecord& a, const SampleRecord& b) {
+  return a.profile_peak == b.profile_peak && a.profile_failure == b.profile_failure;
+}
+
+void check_profile(const SampleRecord& record, const RecordFacts& /*facts*/, const Judge& judge) {
+  const auto check = [&judge](const char* name, const std::vector<std::int32_t>& counts, std::int32_t all) {
+    judge.demand(std::ranges::all_of(counts, [](std::int32_t count) { return count >= 0; }), name,
+                 "with a number below 0", "counts");
+    const auto sum = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
+    judge.demand(sum == all, name, static_cast<double>(sum),
+                 "counts of " + std::to_string(all) + " bonds in all");
+  };
+  check("/profile/peak", record.profile_peak, record.summary.n_p);
+  check("/profile/failure", record.profile_failure, record.summary.n_f);
+  judge.demand(std::ranges::equal(record.profile_peak, record.profile_failure, std::less_equal{}),
+               "/profile/peak", "", "counts up to those of /profile/failure");
+}
+
+}  // namespace
+
+extern const RecordPart kProfilePart;
+const RecordPart kProfilePart{.name = "profile",
+                              .group = "profile",
+                              .meaning = "broken bonds in each row section, at the peak load and at the end",
+                              .observe = observe_profile,
+                              .write = write_profiles,
+                              .read = read_profiles,
+                              .same = same_profile,
+                              .check = check_profile};
 
 }  // namespace crackle
