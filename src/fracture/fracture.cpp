@@ -1,7 +1,6 @@
 #include "crackle/fracture/fracture.hpp"
 
 #include "crackle/base/error.hpp"
-#include "crackle/record/record.hpp"
 
 namespace crackle {
 

@@ -4,21 +4,9 @@
 #include <cstdint>
 
 #include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/fracture/sample_record.hpp"
 
 namespace crackle {
-
-/// One number a sample; the datasets of /samples in the run file.
-struct SampleSummary {
-  std::int64_t index = 0;
-  double peak_load = 0;          ///< max_k P_k
-  double peak_displacement = 0;  ///< of the plate, when the peak load is reached
-  double initial_stiffness = 0;  ///< F of the intact network
-  double wall_time = 0;          ///< seconds
-  std::int32_t n_p = 0;          ///< bonds broken up to and with the one that breaks at the peak load
-  std::int32_t n_f = 0;          ///< bonds broken in all
-};
-
-struct SampleRecord;
 
 class Observer {
  public:

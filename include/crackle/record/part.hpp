@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "crackle/base/hdf5_handle.hpp"
+#include "crackle/fracture/observer.hpp"
 #include "crackle/record/judge.hpp"
 #include "crackle/record/record.hpp"
 

@@ -1,6 +1,7 @@
 /// Records the break sequence: bond, load and stiffness at every break.
 #pragma once
 
+#include "crackle/fracture/observer.hpp"
 #include "crackle/record/record.hpp"
 
 namespace crackle {

@@ -4,6 +4,7 @@
 /// it is a strip as high as most bonds are, and a bond belongs to the strip of its lower node.
 #pragma once
 
+#include "crackle/fracture/observer.hpp"
 #include "crackle/record/record.hpp"
 
 namespace crackle {

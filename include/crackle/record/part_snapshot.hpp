@@ -1,6 +1,7 @@
 /// Records displacements and forces just before chosen breaks.
 #pragma once
 
+#include "crackle/fracture/observer.hpp"
 #include "crackle/record/record.hpp"
 
 namespace crackle {

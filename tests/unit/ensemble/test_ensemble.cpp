@@ -76,8 +76,7 @@ TEST(Ensemble, DrawsFromSeedAndSampleAndRecordsOnlyWhatIsAskedFor) {
     ASSERT_EQ(none.size(), 2u);
     EXPECT_GT(none[0].summary.n_f, 0);
     EXPECT_TRUE(none[0].bond.empty() && none[0].profile_peak.empty() && none[0].snapshots.empty());
-    const std::vector<SampleRecord> profile =
-        run(folder.path("profile.h5"), 0, 2, {.parts = {"profile"}});
+    const std::vector<SampleRecord> profile = run(folder.path("profile.h5"), 0, 2, {.parts = {"profile"}});
     EXPECT_TRUE(profile[0].bond.empty() && profile[0].snapshots.empty());
     EXPECT_EQ(profile[0].profile_failure.size(), 4u);
   }

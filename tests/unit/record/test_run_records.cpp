@@ -74,7 +74,7 @@ TEST(RunRecords, HoldNothingThatNobodyAskedFor) {
   };
   EXPECT_EQ(written(kNone, {}), kAlways);
   EXPECT_EQ(written(RecordOptions{}, {}), with(kAlways, {"samples/break_offset", "breaks", "breaks/bond",
-                                                          "breaks/load", "breaks/stiffness"}));
+                                                         "breaks/load", "breaks/stiffness"}));
   EXPECT_EQ(written({.parts = {"profile"}}, {}),
             with(kAlways, {"profile", "profile/peak", "profile/failure"}));
   EXPECT_EQ(written({.parts = {"snapshot"}}, {}),
