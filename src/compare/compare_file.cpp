@@ -1,8 +1,8 @@
 #include "crackle/compare/compare_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 #include <filesystem>
 
@@ -93,10 +93,10 @@ void CompareFile::write(const std::string& options_text, const ReferenceRun& ref
   write_reference(file, reference);
   {
     const hdf5::Handle group = hdf5::create_group(file, "strategies");
+    const std::size_t digits = std::max<std::size_t>(3, std::to_string(runs.size()).size());
     for (std::size_t i = 0; i < runs.size(); ++i) {
-      std::array<char, 8> name{};
-      std::snprintf(name.data(), name.size(), "%03zu", i % 1000);
-      write_strategy(group, name.data(), runs[i], reference);
+      const std::string number = std::to_string(i);
+      write_strategy(group, std::string(digits - number.size(), '0') + number, runs[i], reference);
     }
   }
   write_durably(path_, temporary_of(path_), file.finish());

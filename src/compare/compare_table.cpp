@@ -1,7 +1,6 @@
 #include "crackle/compare/compare_table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -13,9 +12,9 @@ namespace {
 
 template <class... Values>
 std::string print(const char* format, Values... values) {
-  std::array<char, 600> text{};
-  std::snprintf(text.data(), text.size(), format, values...);
-  return text.data();
+  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, format, values...)), '\0');
+  std::snprintf(text.data(), text.size() + 1, format, values...);
+  return text;
 }
 
 /// Largest of those that were measured; NaN for none.

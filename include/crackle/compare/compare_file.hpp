@@ -6,8 +6,9 @@
 ///         load, stiffness    float64[B]
 ///         number             int64[K]          breaks measured, from 1
 ///         error              float64[K]        the reference's estimate of its own force error
-///     /strategies/NN         in the order of -compare; attributes: name, file, options, rtol ("" where none),
-///                            complaint ("" where none), first_difference (0: none), differences, peak_load,
+///     /strategies/NNN        000, 001, ... in the order of -compare, with more digits where there are a thousand;
+///                            attributes: name, file, options, rtol ("" where none), complaint ("" where none),
+///                            first_difference (0: none), differences, peak_load,
 ///                            peak_error, n_p, n_f, memory, factorizations, refactors, confirmations,
 ///                            iterations, doubtful, first_doubtful (see EquilibriumCounts), largest_residual,
 ///                            smallest_slack

@@ -60,7 +60,7 @@ TEST(CompareScene, RefusesEveryValueThatIsNotAllowed) {
       {"-compare_repetitions", "1e9"},
   };
   for (const auto& [name, value] : wrong) {
-    SCOPED_TRACE(name + " " + value);
+    SCOPED_TRACE(value);
     const test::SolverOptions given{{"-compare", "a.opts"}, {name, value}};
     Scene scene = read_compared_scene();
     test::expect_refused([&] { (void)read_comparison(scene); }, {name, "allowed is"});

@@ -29,6 +29,7 @@ class SolverFiles {
 
 std::vector<std::string> names_of(const std::vector<StrategyChoice>& choices) {
   std::vector<std::string> names;
+  names.reserve(choices.size());
   for (const StrategyChoice& choice : choices) names.push_back(choice.name);
   return names;
 }
