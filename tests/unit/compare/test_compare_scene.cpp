@@ -1,13 +1,19 @@
 #include <gtest/gtest.h>
 
 #include "crackle/compare/compare_scene.hpp"
+#include "crackle/scene/option_table.hpp"
 #include "support/expect_refused.hpp"
 #include "support/solver_options.hpp"
 
 namespace crackle {
 namespace {
 
-TEST(CompareScene, TakesDefaultsAndEchoesThem) {
+class ComparisonOptions : public testing::Test {
+ protected:
+  void SetUp() override { use_options(compare_options()); }  // as crackle_compare does
+};
+
+TEST_F(ComparisonOptions, TakesDefaultsAndEchoesThem) {
   const test::SolverOptions given{{"-compare", "a.opts,b.opts"}};
   Scene scene = read_compared_scene();
   const CompareOptions options = read_comparison(scene);
@@ -26,7 +32,7 @@ TEST(CompareScene, TakesDefaultsAndEchoesThem) {
   EXPECT_EQ(scene.options.at("-lattice_size"), "16");
 }
 
-TEST(CompareScene, TakesWhatIsGiven) {
+TEST_F(ComparisonOptions, TakesWhatIsGiven) {
   const test::SolverOptions given{{"-compare", "a.opts"},
                                   {"-compare_rtol", "1e-2,0.5"},
                                   {"-compare_every", "3"},
@@ -51,7 +57,7 @@ TEST(CompareScene, TakesWhatIsGiven) {
   EXPECT_EQ(scene.options.at("-compare_rtol"), "1e-2,0.5");
 }
 
-TEST(CompareScene, RefusesEveryValueThatIsNotAllowed) {
+TEST_F(ComparisonOptions, RefusesEveryValueThatIsNotAllowed) {
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"-compare_rtol", "0"},          {"-compare_rtol", "1"},        {"-compare_rtol", "1e-2,-1e-3"},
       {"-compare_rtol", "1e-2,nan"},   {"-compare_rtol", "1e-2,,1"},  {"-compare_rtol", "small"},
@@ -68,7 +74,7 @@ TEST(CompareScene, RefusesEveryValueThatIsNotAllowed) {
 }
 
 /// What crackle can and a comparison can't: one sample of one size, from its start to failure or a number of breaks.
-TEST(CompareScene, RefusesWhatAComparisonHasNoUseFor) {
+TEST_F(ComparisonOptions, RefusesWhatAComparisonHasNoUseFor) {
   using Given = std::pair<std::string, std::string>;
   for (const Given& option : {Given{"-samples", "2"}, Given{"-stop", "stiffness=0.5"},
                               Given{"-stop", "displacement=2"}, Given{"-resume", "true"}}) {
