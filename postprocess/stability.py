@@ -17,15 +17,17 @@ from crackle.needs import need
 need("h5py", "numpy", "scipy")
 from crackle.study.stability import STRATEGIES, run_scenes
 
-PROJECT = Path(__file__).resolve().parents[1]
+ABOVE = Path(__file__).resolve().parents[1]  # the project, or share/crackle of an installation
+PROGRAMS = [folder / "crackle_compare" for folder in (ABOVE / "build/release", ABOVE.parents[1] / "bin")]
 
 
 def main():
-    options = PROJECT / "options"
+    options = ABOVE / "options"
     solvers = ",".join(str(options / f"solver_{strategy}.opts") for strategy in STRATEGIES)
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", nargs="*", type=Path)
-    parser.add_argument("-c", "--compare", default=PROJECT / "build/release/crackle_compare", help="the program")
+    parser.add_argument("-c", "--compare", help="the program; default: the one built or installed with this script",
+                        default=next(filter(Path.is_file, PROGRAMS), "crackle_compare"))
     parser.add_argument("-s", "--solvers", default=solvers)
     parser.add_argument("-o", "--output", default="stability", type=Path, help="folder for what it leaves")
     arguments = parser.parse_args()

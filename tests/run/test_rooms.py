@@ -59,7 +59,7 @@ def room_of(where):
 
 
 def target_of(name, path, project):
-    """The path in a tree of what an include names, beside the file that does or in include; None: there is no such file."""
+    """The path in a tree of what an include names, beside the file that does or in include; None: no such file."""
     for folder, tree in ((path.parent, project / "src"), (project / "include", project / "include" / "crackle")):
         found = Path(os.path.normpath(folder / name))
         if found.is_file() and found.is_relative_to(tree):
@@ -99,7 +99,7 @@ def arrows(path, project, homes):
 
 
 def faults(project):
-    """A line for each file that lies in no room, or in another than its header, and for each arrow that isn't allowed."""
+    """A line for each file that lies in no room, or in another than its header, and for each wrong arrow."""
     found, headers, homes = [], {}, types_of(project)
     for path, where in files(project):
         room, who = room_of(where), path.relative_to(project)
