@@ -49,7 +49,9 @@ struct Desk {
     return true;
   }
 
-  bool last_leader() const { return ranks.leader() && ranks.group_number() == ranks.groups() - 1; }
+  [[nodiscard]] bool last_leader() const {
+    return ranks.leader() && ranks.group_number() == ranks.groups() - 1;
+  }
 
   std::vector<int> claimed;  ///< in the first process
   std::string refusal;       ///< what the owner of the output says to a claim; empty: it is granted

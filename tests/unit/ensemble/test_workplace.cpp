@@ -43,7 +43,7 @@ class Site {
   DisorderOptions disorder_;
   OutputOptions output_;
   RunHeader header_{.options = "-seed 1\n"};
-  Run run_{network_, equilibrium_, ensemble_, disorder_, output_, header_};
+  Run run_{network_, equilibrium_, ensemble_, disorder_, output_, header_, {}};
   PhaseTimes times_;
   int claims_ = 0;
   Ranks ranks_{MPI_COMM_SELF, 1};
