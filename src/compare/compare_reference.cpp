@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "crackle/base/error.hpp"
+#include "crackle/equilibrium/criterion.hpp"
 #include "crackle/equilibrium/quad_solver.hpp"
-#include "crackle/equilibrium/wide_criterion.hpp"
 #include "crackle/factor/cholmod_factor.hpp"
 #include "crackle/network/matrix_rows.hpp"
 #include "crackle/network/network_matrix.hpp"
@@ -238,6 +238,7 @@ void Reference::solve_refined() {
   state_.error = solved_->error;
   state_.critical.stiffness = stiffness;
   state_.largest_force = 0;
+  const Nothing<long double> nothing(plate, 1);
   std::vector<long double> force(threshold_.size(), 0.0L);
   long double energy = 0;
   for (BondId e = 0; e < network_.bonds(); ++e) {
@@ -247,7 +248,7 @@ void Reference::solve_refined() {
     energy += pull * length;
     state_.force[e] = static_cast<double>(pull);
     state_.largest_force = std::max(state_.largest_force, std::abs(state_.force[e]));
-    if (std::abs(length) > kNoElongation * plate || std::abs(pull) > kNoForce) force[e] = pull;
+    if (nothing.is_less_than(std::abs(length), std::abs(pull))) force[e] = pull;
   }
   // whatever u is worth: of all motions of the plate equilibrium has the least energy
   if (energy <= kFailedStiffness * intact_stiffness_ * plate * plate) return;

@@ -18,24 +18,6 @@ constexpr double kSlightThreshold = 1e-4;
 /// Thresholds whose largest is within these powers of two are left as they are.
 constexpr int kMostExponent = 400;
 
-/// ratio[e] = f_e / t_e, or its magnitude; 0 for what is below `smallest` elongation and kNoForce. Returns the largest.
-template <int width, bool magnitude>
-double fill_ratios(const Network& network, std::span<const double> threshold, std::span<const double> u,
-                   double smallest, std::span<double> ratio) {
-  const Dof* dof = network.bond_dof.data();
-  const double* value = network.bond_value.data();
-  double largest = 0;
-  for (std::size_t e = 0; e < ratio.size(); ++e, dof += width, value += width) {
-    double stretch = 0;
-    for (int i = 0; i < width; ++i) stretch += value[i] * u[dof[i]];
-    const double size = magnitude ? std::abs(stretch) : stretch;
-    const double force = network.stiffness[e] * size;
-    ratio[e] = size > smallest || force > kNoForce ? force / threshold[e] : 0;
-    largest = std::max(largest, ratio[e]);
-  }
-  return largest;
-}
-
 }  // namespace
 
 Equilibrium::Equilibrium(const Network& network, const EquilibriumOptions& options, PhaseTimes& times)
@@ -147,19 +129,9 @@ std::span<const double> Equilibrium::displacements() {
 }
 
 State Equilibrium::scan(std::span<const double> u, Critical& next) {
-  const bool magnitude = options_.break_on == BreakOn::magnitude;
-  const auto fill = network_.components == 1 ? (magnitude ? fill_ratios<2, true> : fill_ratios<2, false>)
-                                             : (magnitude ? fill_ratios<4, true> : fill_ratios<4, false>);
   ratio_.resize(threshold_.size());
-  const double plate = u[network_.plate];
-  const double largest = fill(network_, threshold_, u, kNoElongation * plate, ratio_);
-  if (!(largest > 0)) return State::failed;
-  const auto first =
-      std::ranges::find_if(ratio_, [tied = largest * (1 - kTie)](double r) { return r >= tied; });
-  next.bond = static_cast<BondId>(first - ratio_.begin());
-  next.load = 1 / largest;
-  next.stiffness = 1 / plate;
-  return State::carrying;
+  const bool carries = scan_ratios(network_, threshold_, u, options_.break_on, ratio_, next);
+  return carries ? State::carrying : State::failed;
 }
 
 bool Equilibrium::has_failed(double stiffness) {

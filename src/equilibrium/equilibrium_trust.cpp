@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <numeric>
 
 #include "crackle/equilibrium/equilibrium.hpp"
@@ -14,8 +13,6 @@ namespace crackle {
 
 namespace {
 
-/// A pivot is right to so many roundings of the stiffest bond's.
-constexpr double kPivotRoundings = 1e3;
 /// A break that leaves a slack below this has made something that hardly resists.
 constexpr double kSoftSlack = 1e-8;
 /// A residual of the intact network above this, relative to the load, is that of no solver.
@@ -60,9 +57,10 @@ State Equilibrium::look(Critical& next) {
   if (state == State::failed) return confirm_end(next);
   if (state != State::carrying) return state;
   if (is_foreign() && has_softened(next)) return hand_over(next);
-  if (!iterates() && may_hide_one(next)) return consult(next);
+  if (!iterates() && may_hide_one(network_, threshold_, slight_, next)) return consult(next);
   const bool looks = suspicious_ || is_foreign() || iterates() || broken % kTrustEvery == 0 ||
-                     next.stiffness < kDoubtfulStiffness * intact_stiffness_ || is_tiny(next);
+                     next.stiffness < kDoubtfulStiffness * intact_stiffness_ ||
+                     is_tiny(network_, threshold_, next);
   return looks ? look_for_doubt(next) : state;
 }
 
@@ -71,8 +69,7 @@ bool Equilibrium::is_soft() {
   if (classified_) return soft_;
   classified_ = true;
   const double widest = contrast(network_);
-  const double least =
-      std::max(kSoftPivot, kPivotRoundings * std::numeric_limits<double>::epsilon() * widest);
+  const double least = least_certain_pivot(widest);
   if (smallest_pivot() >= least) return false;
   const SoftSpot spot = referee().find_soft_spot(least);
   soft_ = spot.found;
@@ -83,11 +80,10 @@ bool Equilibrium::is_soft() {
   return soft_;
 }
 
-/// The last break's slack, from F before and after it: 1/F' = 1/F + f^2 / (k slack) (Sherman-Morrison).
+/// The last break has left a slack that double hardly tells from 0.
 bool Equilibrium::has_softened(const Critical& next) {
   const double bent = 1 / next.stiffness;
-  const double rounding = kPivotRoundings * std::numeric_limits<double>::epsilon() * bent;
-  const double slack = last_energy_ / std::max(bent - last_bent_, rounding);
+  const double slack = slack_of_break(last_energy_, last_bent_, bent);
   const bool known = last_energy_ > 0 && last_broken_ + 1 == removed_.size();
   const double force = threshold_[next.bond] / next.load;
   last_energy_ = force * force / network_.stiffness[next.bond];
@@ -137,21 +133,6 @@ State Equilibrium::confirm_end(Critical& next) {
   return State::unsolved;
 }
 
-/// The bond is critical for its threshold rather than its force, which may be nothing but rounding. (Both 0: true.)
-bool Equilibrium::is_tiny(const Critical& next) const {
-  const double force = threshold_[next.bond] / next.load;
-  return !(force > kTinyElongation * network_.stiffness[next.bond] / next.stiffness);
-}
-
-/// Some bond would be critical if it carried a force that rounding of displacements may hide.
-bool Equilibrium::may_hide_one(const Critical& next) const {
-  const double per_stiffness = kHiddenElongation / next.stiffness;
-  return std::ranges::any_of(slight_, [&](BondId e) {
-    const double hidden = per_stiffness * network_.stiffness[e];
-    return broken_[e] == 0 && hidden > kHiddenForce && threshold_[e] <= hidden * next.load;
-  });
-}
-
 State Equilibrium::double_check(Critical& next) {
   r_.resize(static_cast<std::size_t>(network_.unknowns));
   ++counts_.checks;
@@ -189,9 +170,7 @@ State Equilibrium::look_for_doubt(Critical& next) {
   return consult(next);
 }
 
-/// True when, forces being as uncertain as the residual says, another bond may have the largest ratio, or a direct
-/// solver's loads are off. What such a solver leaves by rounding is not doubted: equal ratios and bonds without force
-/// have rules of their own.
+/// By a new look at the residual.
 bool Equilibrium::is_doubtful(const Critical& next) {
   r_.resize(static_cast<std::size_t>(network_.unknowns));
   const auto u = displacements();
@@ -200,26 +179,8 @@ bool Equilibrium::is_doubtful(const Critical& next) {
   counts_.loosest_residual = std::max(counts_.loosest_residual, norm);
   last_residual_ = norm;
   suspicious_ = !(norm <= kDoubtfulResidual);
-  const double amplified = kForcePerResidual * std::sqrt(std::max(1.0, intact_stiffness_ / next.stiffness));
-  const double uncertain = amplified * norm;
-  const double critical_force = network_.stiffness[next.bond] * std::abs(elongation(network_, next.bond, u));
-  if (!(critical_force > uncertain)) return true;
-  const bool loads_are_off = !(kForcePerResidual * norm <= kUncertainForce * std::max(1.0, critical_force));
-  if (loads_are_off && !iterates()) return true;
-  if (!suspicious_ && !iterates()) return false;
-  const auto ratio = [&](BondId e, double error) {
-    const double stretch = elongation(network_, e, u);
-    const double size = options_.break_on == BreakOn::magnitude ? std::abs(stretch) : stretch;
-    const double force = network_.stiffness[e] * size + error;
-    return force > 0 ? force / threshold_[e] : 0;
-  };
-  const double least = ratio(next.bond, -uncertain);
-  for (BondId e = 0; e < network_.bonds(); ++e) {
-    if (e == next.bond) continue;
-    const double most = ratio(e, uncertain);
-    if (most > least || (most == least && e < next.bond)) return true;
-  }
-  return false;
+  const SolvedState state{network_, threshold_, options_.break_on, intact_stiffness_, u, next};
+  return is_left_open(state, norm, iterates());
 }
 
 }  // namespace crackle

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/criterion.hpp"
 #include "crackle/network/matrix_rows.hpp"
 
 namespace crackle {
@@ -176,12 +176,12 @@ void HeldSolver::take_forces(std::span<const std::uint8_t> broken, double error,
   const double rounding =
       kForcePerLoad * std::sqrt(static_cast<double>(high_.size())) * TwiceBonds::kRounding;
   uncertain_ = (kErrorPerCorrection * error + rounding * terms) / stiffness_;
+  const Nothing<double> nothing(1, stiffness_);
   for (BondId e = 0; e < network_.bonds(); ++e) {
     if (broken[e] != 0) continue;
     const double force = force_[e] + network_.stiffness[e] * elongation(network_, e, step_);
     const double stretch = force / network_.stiffness[e];
-    const bool carries = std::abs(force) > kNoForce * stiffness_ || std::abs(stretch) > kNoElongation;
-    force_[e] = carries ? force / stiffness_ : 0;
+    force_[e] = nothing.is_less_than(std::abs(stretch), std::abs(force)) ? force / stiffness_ : 0;
   }
 }
 
@@ -230,13 +230,13 @@ void HeldSolver::note_forces(std::span<const std::uint8_t> broken) {
   fill_load(broken);
   stiffness_ = static_cast<double>(energy_);
   uncertain_ = kErrorPerCorrection * kConvergedWide * largest_ / stiffness_;
+  const Nothing<Quad> nothing(1, 1);
   for (BondId e = 0; e < network_.bonds(); ++e) {
     force_[e] = 0;
     if (broken[e] != 0 || !network_.can_stretch(e)) continue;
     const Quad stretch = bonds_.stretch(e, v_);
     const Quad force = network_.stiffness[e] * stretch / energy_;
-    const bool carries = magnitude(force) > kNoForce || magnitude(stretch) > kNoElongation;
-    if (carries) force_[e] = static_cast<double>(force);
+    if (nothing.is_less_than(magnitude(stretch), magnitude(force))) force_[e] = static_cast<double>(force);
   }
   for (std::size_t j = 0; j < v_.size(); ++j) high_[j] = static_cast<double>(v_[j]);
 }

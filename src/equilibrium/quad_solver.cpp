@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/criterion.hpp"
 
 namespace crackle {
 
@@ -297,10 +297,10 @@ void QuadSolver::note_forces(double error) {
   }
   uncertain_ =
       std::max(kErrorPerCorrection * error * largest_force_, kErrorPerRounding * kRounding * rounded);
-  const Quad no_stretch = kNoElongation * u_.back();
+  const Nothing<Quad> nothing(u_.back(), 1);
   for (BondId e = 0; e < network_.bonds(); ++e) {
     const Quad size = magnitude(force_[e]);
-    if (size <= uncertain_ || (size < kNoForce && size < no_stretch * network_.stiffness[e])) force_[e] = 0;
+    if (size <= uncertain_ || !nothing.is_less_than_force(size, network_.stiffness[e])) force_[e] = 0;
   }
 }
 

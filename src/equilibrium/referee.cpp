@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "crackle/base/error.hpp"
+#include "crackle/equilibrium/criterion.hpp"
 #include "crackle/equilibrium/quad/equilibrium_quad.hpp"
-#include "crackle/equilibrium/wide_criterion.hpp"
 
 namespace crackle {
 
@@ -75,7 +75,7 @@ bool Referee::is_sure(const Critical& next) const {
     const bool told = held_.uncertain() <= kKnown * (size == 0 ? 1 : size);
     if (told && (size == 0 || threshold_[e] == 0)) continue;
     const double uncertain = held_.uncertain() / std::abs(threshold_[e]);
-    const double ratio = wide_ratio(force[e], threshold_[e], break_on_);
+    const double ratio = break_ratio(force[e], threshold_[e], break_on_);
     if (!(uncertain <= known) && !(ratio + uncertain < contends)) return false;
   }
   return true;

@@ -10,26 +10,11 @@
 #include <vector>
 
 #include "crackle/base/phase.hpp"
+#include "crackle/equilibrium/criterion.hpp"
+#include "crackle/equilibrium/trust.hpp"
 #include "crackle/network/network.hpp"
 
 namespace crackle {
-
-enum class BreakOn : std::uint8_t { magnitude, tension };  ///< the ratio is |f|/t, or f/t
-
-/// What a look at the network finds.
-enum class State : std::uint8_t {
-  carrying,  ///< there is a critical bond
-  failed,    ///< the plate's stiffness is 0 (below kFailedStiffness of the intact one): nothing carries
-  held,      ///< the plate is held, but by bonds that can't break: no ratio is above 0
-  unsolved,  ///< the solver gave no answer to trust, and said why in Equilibrium::complaint
-};
-
-/// The bond that breaks next.
-struct Critical {
-  BondId bond = 0;
-  double load = 0;       ///< P = F / max ratio at unit displacement: the plate force at which it breaks
-  double stiffness = 0;  ///< F just before it breaks; load / stiffness is the plate's displacement
-};
 
 /// What a strategy did beyond its duty, summed over all samples.
 struct EquilibriumCounts {
@@ -61,9 +46,6 @@ struct EquilibriumCounts {
 
 class Ranks;
 struct TreeKernels;
-/// Backward error that is not believed: a direct solver leaves 1e-16 to 1e-14.
-inline constexpr double kLargestError = 1e-12;
-
 struct EquilibriumOptions {
   std::string strategy = "tree";  ///< name in `-equilibrium`
   BreakOn break_on = BreakOn::magnitude;
@@ -76,41 +58,6 @@ struct EquilibriumOptions {
   const Ranks* ranks =
       nullptr;  ///< whose group keeps the network in equilibrium together; null: this process alone
 };
-
-/// F below this fraction of the intact network's F is 0: bond directions are right to 1e-16, and F, an energy, goes
-/// with their square. A small F is told from 0 by energies, which are upper bounds, and by a Referee.
-inline constexpr double kFailedStiffness = 1e-24;
-/// F below this fraction of the intact network's is the Referee's: double has too few digits left.
-inline constexpr double kRefereedStiffness = 1e-6;
-/// F below this fraction has the residual looked at at every break.
-inline constexpr double kDoubtfulStiffness = 1e-4;
-/// A pivot of the intact network below this fraction of its diagonal entry is that of a free motion, or one that
-/// double doesn't know well enough: a Referee tells which.
-inline constexpr double kSoftPivot = 1e-8;
-/// Ratios that differ by less than this fraction are equal: of those bonds the lowest BondId breaks.
-inline constexpr double kTie = 1e-11;
-/// A bond carries nothing when its elongation is below this multiple of the plate's displacement and its force below
-/// this part of the load: what rounded positions and stiffnesses make of 0. (Of a stiff bond the first alone says nothing.)
-inline constexpr double kNoElongation = 1e-14;
-inline constexpr double kNoForce = 1e-14;
-
-/// A residual e_plate - K u above this (the load's norm is 1) may leave open which bond breaks: it is then looked at
-/// in every state. The forces that balance a load are bounded by it, whatever the stiffnesses (G. W. Stewart, Linear
-/// Algebra Appl. 112 (1989) 189, on scaled projections), by a factor that geometry decides.
-inline constexpr double kDoubtfulResidual = 1e-9;
-/// A force is taken to be in error by at most this multiple of the residual, times the root of (intact F over F): 2 is
-/// the most that was seen where no pivot is below kSoftPivot. Where one is, no residual is believed.
-inline constexpr double kForcePerResidual = 10;
-/// A residual that makes the load a direct solver finds uncertain by more than this is not what it should leave.
-inline constexpr double kUncertainForce = 1e-8;
-/// A critical bond whose elongation is below this multiple of the plate's displacement has the residual looked at.
-inline constexpr double kTinyElongation = 1e-6;
-/// Rounding of displacements hides an elongation below this multiple of the plate's, and with it a force of so much times
-/// k / F: where that is more than kHiddenForce of the load, a bond with a threshold as small is the Referee's.
-inline constexpr double kHiddenElongation = 4e-15;
-inline constexpr double kHiddenForce = 1e-12;
-/// Breaks between two looks at the residual, while it is not doubtful.
-inline constexpr std::int64_t kTrustEvery = 128;
 
 class HeldFactor;
 class Referee;
@@ -218,8 +165,6 @@ class Equilibrium {
   [[nodiscard]] State ask_referee(Critical& next);
   [[nodiscard]] bool is_soft();
   [[nodiscard]] bool has_softened(const Critical& next);
-  [[nodiscard]] bool is_tiny(const Critical& next) const;
-  [[nodiscard]] bool may_hide_one(const Critical& next) const;
   [[nodiscard]] bool is_doubtful(const Critical& next);
   [[nodiscard]] Referee& referee();
   void scale_thresholds(std::span<const double> threshold);

@@ -9,8 +9,8 @@
 
 #include "crackle/base/error.hpp"
 #include "crackle/base/memory.hpp"
+#include "crackle/equilibrium/criterion.hpp"
 #include "crackle/equilibrium/quad_solver.hpp"
-#include "crackle/equilibrium/wide_criterion.hpp"
 
 namespace crackle {
 
@@ -103,7 +103,7 @@ class EquilibriumQuad final : public Equilibrium {
     const auto force = solver_.force();
     const auto bound = [&](BondId e, Quad change) {
       const Quad size = options_.break_on == BreakOn::magnitude ? magnitude(force[e]) : force[e];
-      return wide_ratio(size + change, threshold()[e], BreakOn::tension);
+      return break_ratio(size + change, threshold()[e], BreakOn::tension);
     };
     const Quad tied = 1 - Quad(kTie);
     const Quad least = bound(next.bond, -error);

@@ -243,7 +243,7 @@ void TreeBatch::thin_out() {
   ratio_.clear();
   for (const BondId e : candidate_) ratio_.push_back(search_.ratio(e, 0));
   std::ranges::nth_element(ratio_, ratio_.begin() + static_cast<std::ptrdiff_t>(wanted), std::greater{});
-  const double least = std::min(ratio_[wanted], (1 - kTie) * std::ranges::max(ratio_));
+  const double least = std::min(ratio_[wanted], least_tied(std::ranges::max(ratio_)));
   std::erase_if(candidate_, [&](BondId e) { return search_.ratio(e, 0) < least; });
 }
 
@@ -275,7 +275,7 @@ VerifiedBreak TreeBatch::largest(int state) const {
   for (std::size_t i = 0; i < candidate_.size(); ++i)
     found.ratio = std::max(found.ratio, ratio_[i * stride_ + state]);
   for (std::size_t i = 0; i < candidate_.size(); ++i) {
-    const bool tied = ratio_[i * stride_ + state] >= found.ratio * (1 - kTie);
+    const bool tied = ratio_[i * stride_ + state] >= least_tied(found.ratio);
     if (tied && (found.bond < 0 || candidate_[i] < found.bond)) found.bond = candidate_[i];
   }
   return found;

@@ -72,7 +72,7 @@ void TreeSearch::run(std::span<const std::vector<FrontId>> fronts, const double*
     std::sort(mine, candidates.end());
     candidates.erase(std::unique(mine, candidates.end()), candidates.end());
   }
-  for (int s = 0; s < static_cast<int>(fronts.size()) * kLanes; ++s) least_[s] = kNoElongation * plate(s);
+  for (int s = 0; s < static_cast<int>(fronts.size()) * kLanes; ++s) least_[s] = nothing(s).elongation();
 }
 
 void TreeSearch::ask_for(FrontId f, const double* x) const {
@@ -100,7 +100,7 @@ double TreeSearch::ratio(BondId e, int state) const {
   for (std::size_t i = 0; i < rows.size(); ++i) elongation += values[i] * at(rows[i], state);
   const double size = magnitude_ ? std::abs(elongation) : elongation;
   const double force = network_.stiffness[e] * size;
-  return size > kNoElongation * plate(state) || force > kNoForce ? force / t : 0;
+  return nothing(state).is_less_than(size, force) ? force / t : 0;
 }
 
 void TreeSearch::ratios(BondId e, int groups, double* ratio) const {
@@ -108,7 +108,7 @@ void TreeSearch::ratios(BondId e, int groups, double* ratio) const {
                        network_.bond_values(e).data(),
                        network_.stiffness[e],
                        threshold_[e],
-                       kNoForce,
+                       nothing(0).force(),
                        bonds_.width,
                        magnitude_};
   for (int g = 0; g < groups; ++g) {

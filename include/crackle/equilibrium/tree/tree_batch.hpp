@@ -11,7 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/base/phase.hpp"
+#include "crackle/equilibrium/criterion.hpp"
 #include "crackle/equilibrium/tree/tree_columns.hpp"
 #include "crackle/equilibrium/tree/tree_predictor.hpp"
 #include "crackle/equilibrium/tree/tree_search.hpp"

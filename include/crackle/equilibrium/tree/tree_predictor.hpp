@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/criterion.hpp"
 #include "crackle/equilibrium/tree/tree_columns.hpp"
 #include "crackle/equilibrium/tree/tree_search.hpp"
 

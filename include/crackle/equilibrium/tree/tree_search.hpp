@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "crackle/base/aligned.hpp"
-#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/criterion.hpp"
 #include "crackle/equilibrium/tree/tree_factor.hpp"
 
 namespace crackle {
@@ -40,7 +40,7 @@ class TreeSearch {
   /// fronts: for each group, where its right-hand sides are not zero, ascending. cut: kLanes for each.
   void run(std::span<const std::vector<FrontId>> fronts, const double* cut, std::vector<BondId>& candidates);
 
-  /// Force over threshold in one state, zero where Equilibrium::scan takes it for zero.
+  /// Force over threshold in one state, zero where the bond carries nothing.
   [[nodiscard]] double ratio(BondId e, int state) const;
   /// The same in all states of some groups: writes kLanes ratios for each.
   void ratios(BondId e, int groups, double* ratio) const;
@@ -50,6 +50,7 @@ class TreeSearch {
   [[nodiscard]] double plate(int state) const { return at(tree_.positions() - 1, state); }
 
  private:
+  [[nodiscard]] Nothing<double> nothing(int state) const { return {plate(state), 1}; }
   /// Has the memory bring what solving a front will read and write.
   void ask_for(FrontId f, const double* x) const;
   [[nodiscard]] double at(Position position, int state) const {
