@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "crackle/base/error.hpp"
-#include "crackle/equilibrium/criterion.hpp"
-#include "crackle/equilibrium/quad/equilibrium_quad.hpp"
+#include "crackle/equilibrium/trust.hpp"
 
 namespace crackle {
 
@@ -23,8 +23,6 @@ Referee::Referee(const Network& network, BreakOn break_on, PhaseTimes& times)
       held_(network, times),
       broken_(network.bonds(), 0),
       u_(static_cast<std::size_t>(network.unknowns)) {}
-
-Referee::~Referee() = default;
 
 void Referee::begin(std::span<const double> threshold, std::span<const BondId> bonds,
                     double intact_stiffness) {
@@ -83,25 +81,24 @@ bool Referee::is_sure(const Critical& next) const {
 
 State Referee::decide_wide(Critical& next) {
   try {
-    if (!quad_) quad_ = make_equilibrium_quad(network_, {.strategy = "quad", .break_on = break_on_}, times_);
+    if (!quad_) quad_ = std::make_unique<QuadSearch>(network_, break_on_, times_);
   } catch (const InputError& error) {
     complaint_ = std::string("double precision can't tell which bond breaks next, and ") + error.what();
     return State::unsolved;
   }
-  if (!in_quad_) {
-    std::vector<double> threshold(threshold_.begin(), threshold_.end());
-    quad_->resume(threshold, removed_, intact_stiffness_);
-    in_quad_ = true;
-  }
-  const State state = quad_->find_critical(next);
+  if (!std::exchange(in_quad_, true)) quad_->begin(removed_, intact_stiffness_);
+  const State state = quad_->find_critical(threshold_, next);
   intact_stiffness_ = quad_->intact_stiffness();
   complaint_ = quad_->complaint();
   return state;
 }
 
 std::span<const double> Referee::displacements() {
-  if (in_quad_) return quad_->displacements();
-  held_.get_displacements(u_);
+  if (in_quad_) {
+    quad_->solver().get_displacements(u_);
+  } else {
+    held_.get_displacements(u_);
+  }
   return u_;
 }
 

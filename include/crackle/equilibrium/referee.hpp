@@ -1,7 +1,7 @@
 /// Decides the next break where double precision can't: slower, and as accurate as the network's own data.
 ///
 /// First by refinement with a factor in double (HeldSolver), in twice the digits of double, then in 113 bits; where that
-/// doesn't converge, by a factor in 113 bits (`-equilibrium quad`), to the end of the sample. What it says follows from
+/// doesn't converge, by a factor in 113 bits (QuadSearch), to the end of the sample. What it says follows from
 /// thresholds and broken bonds, to the rounding of one double, whichever factor it has been lent.
 #pragma once
 
@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/criterion.hpp"
 #include "crackle/equilibrium/held_solver.hpp"
+#include "crackle/equilibrium/quad_search.hpp"
 
 namespace crackle {
 
@@ -20,9 +21,6 @@ class Referee {
  public:
   /// network and times must outlive it.
   Referee(const Network& network, BreakOn break_on, PhaseTimes& times);
-  ~Referee();
-  Referee(const Referee&) = delete;
-  Referee& operator=(const Referee&) = delete;
 
   /// Of the intact network; see HeldSolver.
   [[nodiscard]] SoftSpot find_soft_spot(double least) { return held_.find_soft_spot(least); }
@@ -49,8 +47,8 @@ class Referee {
   BreakOn break_on_;
   PhaseTimes& times_;
   HeldSolver held_;
-  std::unique_ptr<Equilibrium> quad_;  ///< once held_ has not converged
-  bool in_quad_ = false;               ///< quad_ follows this sample
+  std::unique_ptr<QuadSearch> quad_;  ///< once held_ has not converged
+  bool in_quad_ = false;              ///< quad_ follows this sample
   std::span<const double> threshold_;
   std::vector<BondId> removed_;
   std::vector<std::uint8_t> broken_;

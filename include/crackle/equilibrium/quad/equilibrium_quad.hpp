@@ -6,17 +6,11 @@
 /// with a message.
 #pragma once
 
-#include <cstddef>
-
 #include "crackle/equilibrium/equilibrium.hpp"
 
 namespace crackle {
 
-/// Entries of the factor (16 bytes each) above which a network is refused: L = 125 springs, where a break takes a
-/// second or two and a new factor half a minute.
-inline constexpr std::size_t kMostQuadEntries = 8'000'000;
-
-/// Throws InputError for a network whose factor has more.
+/// Throws InputError for a network whose factor has more than kMostQuadEntries.
 [[nodiscard]] std::unique_ptr<Equilibrium> make_equilibrium_quad(const Network& network,
                                                                  const EquilibriumOptions& options,
                                                                  PhaseTimes& times);

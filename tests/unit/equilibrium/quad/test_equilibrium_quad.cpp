@@ -4,6 +4,7 @@
 
 #include "crackle/compare/compare_reference.hpp"
 #include "crackle/equilibrium/quad/equilibrium_quad.hpp"
+#include "crackle/equilibrium/quad_search.hpp"
 #include "crackle/equilibrium/quad_solver.hpp"
 #include "support/break_record.hpp"
 #include "support/dense_reference.hpp"
