@@ -12,6 +12,7 @@
 
 #include "crackle/base/error.hpp"
 #include "crackle/equilibrium/strategies/strategies.hpp"
+#include "crackle/fracture/peak.hpp"
 #include "crackle/scene/option_table.hpp"
 #include "crackle/scene/scene.hpp"
 
@@ -48,10 +49,6 @@ std::unique_ptr<Equilibrium> make_strategy(const CompareScene& scene, PhaseTimes
   return make_equilibrium(scene.network, options, times);
 }
 
-bool stopped(const StopRule& stop, std::int64_t breaks) {
-  return stop.kind == StopRule::Kind::breaks && static_cast<double>(breaks) >= stop.value;
-}
-
 /// The first breaks, by `tree`.
 std::vector<BondId> find_skipped(const CompareScene& scene, std::int64_t count) {
   std::vector<BondId> bonds;
@@ -72,7 +69,7 @@ std::vector<BondId> find_skipped(const CompareScene& scene, std::int64_t count) 
 }
 
 void note_peak(double load, std::int64_t number, double& peak, std::int64_t& n_p) {
-  if (n_p > 0 && load <= peak) return;
+  if (!is_new_peak(load, peak, n_p)) return;
   peak = load;
   n_p = number;
 }
@@ -95,7 +92,7 @@ class Drive {
     const std::int64_t end = reference_.n_f;
     std::int64_t k = reference_.skip;
     for (State state = State::carrying;; ++k) {
-      if (stopped(scene_.stop, k) || k >= end + kMostBeyond) break;
+      if (is_reached(scene_.stop, k) || k >= end + kMostBeyond) break;
       Critical next;
       const EquilibriumCounts before = equilibrium.counts();
       const double start = processor_seconds();
@@ -249,7 +246,7 @@ ReferenceRun run_reference(const CompareScene& scene, const CompareOptions& opti
   reference.reset(scene.threshold);
   if (run.skip > 0) (void)reference.solve();  // the intact stiffness
   for (const BondId bond : run.bond) reference.remove(bond);
-  for (std::int64_t k = run.skip; !stopped(scene.stop, k); ++k) {
+  for (std::int64_t k = run.skip; !is_reached(scene.stop, k); ++k) {
     const ReferenceState& state = reference.solve();
     run.failed = state.state != State::carrying;
     if (run.failed) break;

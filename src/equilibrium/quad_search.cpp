@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "crackle/base/error.hpp"
+#include "crackle/base/memory.hpp"
 #include "crackle/equilibrium/trust.hpp"
 
 namespace crackle {
@@ -25,6 +26,8 @@ QuadOrder affordable_order(const Network& network) {
                          " unknowns, whose factor has entries",
                      std::to_string(entries), "at most " + std::to_string(kMostQuadEntries) + " of 16 bytes");
   }
+  demand_memory("-equilibrium quad of " + std::to_string(network.unknowns) + " unknowns",
+                static_cast<double>(sizeof(Quad) * entries));
   return order;
 }
 

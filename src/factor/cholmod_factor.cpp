@@ -9,6 +9,7 @@
 
 #include "crackle/base/error.hpp"
 #include "crackle/base/memory.hpp"
+#include "crackle/factor/null_pivot.hpp"
 
 namespace crackle {
 

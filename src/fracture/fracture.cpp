@@ -1,28 +1,15 @@
 #include "crackle/fracture/fracture.hpp"
 
 #include "crackle/base/error.hpp"
+#include "crackle/fracture/peak.hpp"
 
 namespace crackle {
 
 namespace {
 
-bool reached(const StopRule& stop, const SampleSummary& so_far, const Critical& next) {
-  switch (stop.kind) {
-    case StopRule::Kind::failure:
-      return false;
-    case StopRule::Kind::stiffness:
-      return next.stiffness < stop.value * so_far.initial_stiffness;
-    case StopRule::Kind::breaks:
-      return so_far.n_f >= stop.value;
-    case StopRule::Kind::displacement:
-      return next.load / next.stiffness > stop.value;
-  }
-  return false;
-}
-
 void count_break(const Critical& next, SampleSummary& summary) {
   ++summary.n_f;
-  if (next.load <= summary.peak_load && summary.n_p > 0) return;
+  if (!is_new_peak(next.load, summary.peak_load, summary.n_p)) return;
   summary.n_p = summary.n_f;
   summary.peak_load = next.load;
   summary.peak_displacement = next.load / next.stiffness;
@@ -72,7 +59,7 @@ bool Fracture::step() {
   settled_ = false;
   const State state = equilibrium_.find_critical(next);
   if (state == State::carrying) summary_.initial_stiffness = equilibrium_.intact_stiffness();
-  if (state != State::carrying || reached(stop_, summary_, next)) {
+  if (state != State::carrying || is_reached(stop_, summary_.n_f, summary_.initial_stiffness, next)) {
     finish(state);
     return false;
   }

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "crackle/base/error.hpp"
+#include "crackle/fracture/peak.hpp"
 #include "crackle/record/part.hpp"
 #include "crackle/record/rows.hpp"
 
@@ -74,20 +75,22 @@ ObserveProfile::ObserveProfile(const Network& network, double section_height, Sa
 void ObserveProfile::sample_begins(std::int64_t /*index*/) {
   record_.profile_peak.assign(static_cast<std::size_t>(sections_), 0);
   record_.profile_failure.assign(static_cast<std::size_t>(sections_), 0);
-  peak_load_ = -1;
+  n_p_ = 0;
 }
 
 void ObserveProfile::sample_resumes(const SampleRecord& begun) {
   record_.profile_peak = begun.profile_peak;
   record_.profile_failure = begun.profile_failure;
   peak_load_ = begun.summary.peak_load;
+  n_p_ = begun.summary.n_p;
 }
 
-void ObserveProfile::bond_breaks(std::int32_t /*number*/, const Critical& critical,
+void ObserveProfile::bond_breaks(std::int32_t number, const Critical& critical,
                                  Equilibrium& /*equilibrium*/) {
   ++record_.profile_failure[section_[critical.bond]];
-  if (critical.load <= peak_load_) return;
+  if (!is_new_peak(critical.load, peak_load_, n_p_)) return;
   peak_load_ = critical.load;
+  n_p_ = number;
   record_.profile_peak = record_.profile_failure;
 }
 

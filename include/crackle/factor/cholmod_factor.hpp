@@ -33,10 +33,6 @@ struct RankOne {
 
 class CholmodFactor {
  public:
-  /// A pivot below this fraction of its diagonal entry is null: nothing holds that unknown. Rounding leaves up to
-  /// 1e-11 where stiffnesses span four decades; what is pinned wrongly shows as a residual.
-  static constexpr double kNullPivot = 1e-10;
-
   /// Orders (nested dissection, the last `block_size` unknowns last) and analyses the pattern of K, whose
   /// size must be a multiple of block_size. Throws std::runtime_error without memory.
   CholmodFactor(const SymmetricRows& K, int block_size);
@@ -46,7 +42,7 @@ class CholmodFactor {
 
   /// Factors K from scratch; the pattern is the constructor's.
   ///
-  /// A null pivot's unknown is pinned: its diagonal entry is doubled, which changes no force, since the
+  /// A null pivot's unknown (see kNullPivot) is pinned: its diagonal entry is doubled, which changes no force, since the
   /// unknown's row of the Schur complement is zero (bond forces are unique where displacements are not). The
   /// last pivot is never pinned. Returns false when K is singular or indefinite even so (F <= 0): the factor
   /// is then unusable until the next factor or restore.

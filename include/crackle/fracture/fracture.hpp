@@ -8,20 +8,9 @@
 
 #include "crackle/equilibrium/equilibrium.hpp"
 #include "crackle/fracture/observer.hpp"
+#include "crackle/fracture/stop_rule.hpp"
 
 namespace crackle {
-
-/// When a sample ends, unless the network fails before, or nothing that is left can break (State::held).
-struct StopRule {
-  enum class Kind : std::uint8_t {
-    failure,       ///< nothing carries any more: F is 0
-    stiffness,     ///< F below `value` times the intact F
-    breaks,        ///< `value` bonds broken
-    displacement,  ///< the next bond would break at a plate displacement above `value`
-  };
-  Kind kind = Kind::failure;
-  double value = 0;
-};
 
 /// A sample, break by break.
 ///

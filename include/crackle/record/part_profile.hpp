@@ -33,7 +33,8 @@ class ObserveProfile final : public Observer {
  private:
   std::vector<std::int32_t> section_;  ///< [M]
   std::int32_t sections_ = 0;
-  double peak_load_ = -1;
+  double peak_load_ = 0;
+  std::int64_t n_p_ = 0;  ///< 0: no peak yet
   SampleRecord& record_;
 };
 

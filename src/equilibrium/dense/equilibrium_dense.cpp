@@ -12,13 +12,12 @@
 
 #include "crackle/base/error.hpp"
 #include "crackle/base/memory.hpp"
+#include "crackle/factor/null_pivot.hpp"
 
 namespace crackle {
 
 namespace {
 
-/// A squared pivot of L below this fraction of its diagonal entry is null: its unknown is pinned.
-constexpr double kNullPivot = 1e-10;
 /// Refinement ends when it changes the plate's displacement by less than this fraction, or after so many steps.
 constexpr double kRefined = 1e-14;
 constexpr int kMostRefinements = 10;
@@ -93,6 +92,7 @@ class EquilibriumDense final : public Equilibrium {
       LAPACKpotrf_("L", &n, K_.data(), &n, &info);
       const std::size_t end = info > 0 ? static_cast<std::size_t>(info) - 1 : n_;
       std::size_t null = 0;
+      // L^2 is the pivot of L D L^T
       while (null < end && K_[null * (n_ + 1)] * K_[null * (n_ + 1)] > kNullPivot * u_[null]) ++null;
       if (null == n_) return true;
       if (null == n_ - 1) return info == 0;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "crackle/factor/null_pivot.hpp"
+
 namespace crackle {
 
 namespace {

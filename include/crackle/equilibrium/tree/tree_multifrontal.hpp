@@ -13,9 +13,6 @@
 
 namespace crackle {
 
-/// A pivot at or below this fraction of its original diagonal is null.
-inline constexpr double kNullPivot = 1e-10;
-
 /// The factor as the fronts hold it; see SeparatorTree and FrontBlock for the shape of the blocks.
 struct FactorStorage {
   std::span<double> entries;   ///< [block_entries] all blocks
