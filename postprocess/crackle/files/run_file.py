@@ -17,7 +17,7 @@ from typing import Optional
 import h5py
 import numpy as np
 
-from crackle.files.hdf5_file import array, check_version, has, number, open_file, read_options, same_length
+from crackle.files.hdf5_file import array, check_version, has, number, open_file, read_options, same_length, text
 from crackle.files.run_checks import check_breaks, check_network, check_profiles, check_samples, check_snapshots
 
 SCHEMA_VERSIONS = (1, 2)  # 2: with checksums
@@ -26,8 +26,8 @@ SAMPLE_FIELDS = {"index": np.int64, "peak_load": np.float64, "peak_displacement"
 BREAK_FIELDS = {"bond": np.int32, "load": np.float64, "stiffness": np.float64}
 SNAPSHOT_FIELDS = {"sample": (np.int64, 1), "number": (np.int32, 1), "displacement": (np.float64, 2),
                    "force": (np.float64, 2)}
-# Samples belong together only if these agree; the others may change when a run is resumed.
-SCENE_OPTIONS = ("-model", "-lattice", "-lattice_size", "-lattice_row_spacing", "-lattice_file", "-lattice_dilution",
+# Files of schema 1 don't say which of their options decide results.
+DECIDING_OF_OLD = ("-model", "-lattice", "-lattice_size", "-lattice_row_spacing", "-lattice_file", "-lattice_dilution",
                  "-stiffness", "-stiffness_contrast", "-grips", "-break_on", "-disorder", "-disorder_exponent",
                  "-disorder_zero_share", "-seed", "-stop")
 
@@ -86,6 +86,8 @@ class Run:
     _breaks: Optional[list]        # of Breaks, by position in the arrays above; None if not recorded
     _network: Optional[Network]
     _snapshots: dict = field(default_factory=dict)  # sample number to list of Snapshot
+    deciding: tuple = ()                            # names of the options that decide results
+    numbers: dict = field(default_factory=dict)     # "group/name" to float64[S]: -record energy has energy/stored
 
     def __len__(self):
         return len(self.index)
@@ -181,6 +183,8 @@ class _Part:
     network: Optional[Network]
     snapshots: dict
     profiles: Optional[tuple]
+    numbers: dict  # "group/name" to array[S]
+    deciding: tuple  # names of the options that decide results
 
 
 def _read_part(path, may_vanish):
@@ -211,7 +215,25 @@ def _read_file(path, file):
     network = _read_network(file)
     size = _sizes(file, options, network)
     return _Part(path, options, samples, _read_breaks(file, options, samples, size["force"]), network,
-                 _read_snapshots(file, options, samples, size), _read_profiles(file, options, samples))
+                 _read_snapshots(file, options, samples, size), _read_profiles(file, options, samples),
+                 _read_numbers(file, samples), _read_deciding(file))
+
+
+def _read_numbers(file, samples):
+    """Of parts that keep numbers of each sample, "group/name" to float64[S]: every other group of such datasets."""
+    found = {}
+    for group in set(file) - {"samples", "breaks", "profile", "snapshots", "network"}:
+        if isinstance(file.get(group), h5py.Group):
+            found.update({f"{group}/{name}": array(file, f"{group}/{name}", np.float64, 1) for name in file[group]})
+    same_length({"samples/index": samples["index"], **found}, len(samples["index"]))
+    return found
+
+
+def _read_deciding(file):
+    """Names of the options that decide results."""
+    if "deciding_options" not in file.attrs:
+        return DECIDING_OF_OLD
+    return tuple(text(file, "deciding_options").splitlines())
 
 
 def _sizes(file, options, network):
@@ -289,7 +311,7 @@ def _read_snapshots(file, options, samples, columns):
 
 
 def _check_same_scene(one, other):
-    for name in SCENE_OPTIONS:
+    for name in sorted({*one.deciding, *other.deciding}):
         value, other_value = one.options.get(name), other.options.get(name)
         if value != other_value:
             raise ValueError(f"{other.path}: not of the same run as {one.path}: "
@@ -306,7 +328,9 @@ def _merge(path, parts):
         together = [breaks_of_one for part in filled for breaks_of_one in part.breaks]
         breaks = [together[s] for s in order]
     network = next((part.network for part in parts if part.network is not None), None)
+    numbers = {name: np.concatenate([part.numbers[name] for part in parts])[order]
+               for name in set.intersection(*(set(part.numbers) for part in parts))}
     return Run(path, parts[0].options, **{name: array[order] for name, array in samples.items()},
                _breaks=breaks, _network=network,
                _snapshots={sample: list_of_one for part in reversed(parts)
-                           for sample, list_of_one in part.snapshots.items()})
+                           for sample, list_of_one in part.snapshots.items()}, deciding=parts[0].deciding, numbers=numbers)

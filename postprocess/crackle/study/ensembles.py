@@ -12,13 +12,15 @@ from functools import cached_property
 
 import numpy as np
 
-from crackle.files.run_file import SCENE_OPTIONS, read_run
+from crackle.files.run_file import read_run
 from crackle.statistics.avalanches import avalanche_sizes, size_counts
 from crackle.statistics.bootstrap import RESAMPLES, resampling_weights, weighted_means
 from crackle.statistics.damage_profiles import bond_sections, section_counts
 
 MODELS = ("spring", "fuse")
 FREE_OPTIONS = ("-model", "-lattice_size", "-seed")  # in these, runs of one study may differ
+# what breaks the same bonds, or keeps more of them
+FREE_STARTS = ("-equilibrium", "-ksp_", "-pc_", "-mat_", "-record", "-checkpoint_", "-ensemble_")
 
 
 class Missing(ValueError):
@@ -186,9 +188,9 @@ def _expand(paths):
 
 def _check_scene(runs, run):
     for other in runs[:1]:
-        for name in SCENE_OPTIONS:
+        for name in sorted({*run.deciding, *other.deciding}):
             value, expected = run.options.get(name), other.options.get(name)
-            if name not in FREE_OPTIONS and value != expected:
+            if name not in FREE_OPTIONS and not name.startswith(FREE_STARTS) and value != expected:
                 raise ValueError(f"{run.path}: {name} {value}, but {other.path} has {expected}: "
                                  "one report is of one scene; models, sizes and seeds may differ")
 
