@@ -8,12 +8,14 @@ namespace crackle {
 extern const RecordPart kBreaksPart;
 extern const RecordPart kProfilePart;
 extern const RecordPart kSnapshotPart;
+extern const RecordPart kEnergyPart;
 
 std::span<const RecordPart* const> record_parts() {
   static const std::array kParts = {
       &kBreaksPart,
       &kProfilePart,
       &kSnapshotPart,
+      &kEnergyPart,
   };
   return kParts;
 }
