@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "crackle/base/ranks.hpp"
 #include "crackle/scene/choices.hpp"
 #include "crackle/scene/option_reader.hpp"
 
@@ -43,6 +44,9 @@ Scene read_compared_scene() {
   std::vector<Scene> scenes = read_scenes();
   if (scenes.size() > 1)
     throw InputError("-lattice_size", Reader().text("-lattice_size"), "one size in a comparison");
+  const int processes = Ranks(MPI_COMM_WORLD, 1).processes();
+  if (processes > 1 && !scenes.front().help)
+    throw InputError("processes", std::to_string(processes), "1 in a comparison, which times one");
   return std::move(scenes.front());
 }
 

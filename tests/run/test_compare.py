@@ -10,7 +10,7 @@ import pytest
 from crackle.figures.comparisons import style_of
 from crackle.files import read_comparison
 from networks import irregular_network
-from program import CRACKLE, break_samples, contents, datasets, environment, succeed
+from program import CRACKLE, break_samples, contents, datasets, environment, execute, succeed
 from program import run as run_crackle
 
 PROJECT = Path(__file__).resolve().parents[2]
@@ -113,6 +113,14 @@ def test_mistakes_are_told_before_time_is_spent(tmp_path):
         assert result.returncode == 1 and result.stderr.count("\n") == 1, (line, result.stderr)
         assert all(word in result.stderr for word in words), (line, result.stderr)
         assert contents(tmp_path) == before
+
+
+def test_several_processes_are_refused(tmp_path):
+    """Each would be a comparison of its own, and wait for ever for those that the output's lock sent away."""
+    result = execute(tmp_path, f"crackle_compare -lattice_size 4 -compare {solvers('tree')} -monitor none", ranks=2)
+    said = [line for line in result.stderr.splitlines() if line.startswith("crackle_compare: ")]
+    assert result.returncode == 1 and len(said) == 1 and "processes 2" in said[0], result
+    assert not contents(tmp_path)
 
 
 def test_every_extreme_scene_is_right_or_told_by_tree_and_updown(tmp_path):

@@ -10,7 +10,7 @@ namespace crackle {
 /// Options of crackle_compare alone.
 [[nodiscard]] std::span<const Option> compare_options();
 
-/// The scene of a comparison. Throws InputError as read_scenes does, and for several sizes.
+/// The scene of a comparison. Throws InputError as read_scenes does, and for several sizes or processes.
 [[nodiscard]] Scene read_compared_scene();
 
 /// The options of crackle_compare, noted in scene.options. Throws InputError for a value that isn't allowed, and for
