@@ -40,7 +40,7 @@ std::deque<Study> make_studies(std::vector<crackle::Scene> scenes, const crackle
   std::deque<Study> studies;  // what is in it has a lasting place
   for (crackle::Scene& scene : scenes) {
     Study& study = studies.emplace_back(std::move(scene));
-    study.scene.equilibrium.ranks = &ranks;
+    study.scene.equilibrium.common.ranks = &ranks;
     study.scene.output.writers = ranks.groups();
     study.scene.output.path = crackle::follow_links(study.scene.output.path);
     study.intact =

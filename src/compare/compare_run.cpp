@@ -43,9 +43,9 @@ std::int64_t bytes_in_use() {
 
 /// PETSc's options of the moment decide the strategy, and the scene's.
 std::unique_ptr<Equilibrium> make_strategy(const CompareScene& scene, PhaseTimes& times) {
-  EquilibriumOptions options = read_strategy();
-  options.break_on = scene.equilibrium.break_on;
-  options.many_samples = false;
+  ChosenStrategy options = read_strategy();
+  options.common.break_on = scene.equilibrium.common.break_on;
+  options.common.many_samples = false;
   return make_equilibrium(scene.network, options, times);
 }
 
@@ -54,7 +54,7 @@ std::vector<BondId> find_skipped(const CompareScene& scene, std::int64_t count) 
   std::vector<BondId> bonds;
   if (count == 0) return bonds;
   PhaseTimes times;
-  EquilibriumOptions options = scene.equilibrium;
+  ChosenStrategy options = scene.equilibrium;
   options.strategy = "tree";
   const auto tree = make_equilibrium(scene.network, options, times);
   tree->reset(scene.threshold);
@@ -241,7 +241,7 @@ ReferenceRun run_reference(const CompareScene& scene, const CompareOptions& opti
   ReferenceRun run;
   run.skip = options.skip;
   run.bond = find_skipped(scene, options.skip);
-  Reference reference(scene.network, scene.equilibrium.break_on, options.reference);
+  Reference reference(scene.network, scene.equilibrium.common.break_on, options.reference);
   run.name = reference.name();
   reference.reset(scene.threshold);
   if (run.skip > 0) (void)reference.solve();  // the intact stiffness

@@ -192,18 +192,18 @@ void read_strategy(Reader& reader, Scene& scene) {
   }
   // quad refines every answer until it is as good as can be, and knows its error
   if (scene.equilibrium.strategy != "quad") {
-    scene.equilibrium.check_every = reader.number<std::int64_t>("-equilibrium_check");
+    scene.equilibrium.common.check_every = reader.number<std::int64_t>("-equilibrium_check");
   }
-  if (scene.equilibrium.check_every > 0) {
-    scene.equilibrium.check_bound = reader.number<double>("-equilibrium_check_bound");
+  if (scene.equilibrium.common.check_every > 0) {
+    scene.equilibrium.common.check_bound = reader.number<double>("-equilibrium_check_bound");
   }
   if (scene.equilibrium.strategy == "ksp") {
     check_solver_values();
-    scene.equilibrium.refactor_every = reader.number<int>("-equilibrium_refactor_every");
+    scene.equilibrium.ksp.refactor_every = reader.number<int>("-equilibrium_refactor_every");
   }
   if (scene.equilibrium.strategy != "tree") return;
-  scene.equilibrium.kernels = read_kernels(reader);
-  scene.equilibrium.verify = reader.flag("-equilibrium_tree_verify");
+  scene.equilibrium.tree.kernels = read_kernels(reader);
+  scene.equilibrium.tree.verify = reader.flag("-equilibrium_tree_verify");
   scene.tree_view = reader.flag("-equilibrium_tree_view");
 }
 
@@ -253,10 +253,10 @@ Scene read_scene(Reader reader) {
   scene.help = reader.given("-help");
   scene.network = read_network(reader);
   scene.disorder = read_disorder(reader, scene.network.lattice == nullptr);
-  scene.equilibrium.break_on = reader.choice("-break_on", kBreakOns).value;
+  scene.equilibrium.common.break_on = reader.choice("-break_on", kBreakOns).value;
   scene.ensemble = read_ensemble(reader);
   read_strategy(reader, scene);
-  scene.equilibrium.many_samples = scene.ensemble.samples > 1;
+  scene.equilibrium.common.many_samples = scene.ensemble.samples > 1;
   scene.output = read_output(reader);
   if (reader.parts() > 1) {
     scene.output.path = reader.note("-output", output_of_size(scene.output.path, scene.network.size));
@@ -289,7 +289,7 @@ std::vector<Scene> read_scenes() {
   return scenes;
 }
 
-EquilibriumOptions read_strategy() {
+ChosenStrategy read_strategy() {
   Reader reader;
   Scene scene;
   read_strategy(reader, scene);

@@ -47,7 +47,7 @@ double since(Clock::time_point start) {
 std::unique_ptr<Equilibrium> start(const Network& network, const std::string& petsc_options,
                                    PhaseTimes& times, const char* strategy = "ksp") {
   petsc::check(PetscOptionsInsertString(nullptr, petsc_options.c_str()));
-  EquilibriumOptions options;
+  ChosenStrategy options;
   options.strategy = strategy;
   auto equilibrium = make_equilibrium(network, options, times);
   petsc::check(PetscOptionsClear(nullptr));

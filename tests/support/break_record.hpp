@@ -25,7 +25,7 @@ inline SampleRecord break_record(Equilibrium& equilibrium, std::span<const doubl
   return record;
 }
 
-inline SampleRecord break_record(const Network& network, const EquilibriumOptions& options,
+inline SampleRecord break_record(const Network& network, const ChosenStrategy& options,
                                  std::span<const double> threshold, const StopRule& stop = {}) {
   PhaseTimes times;
   const auto equilibrium = make_equilibrium(network, options, times);

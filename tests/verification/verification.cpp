@@ -30,11 +30,11 @@ Network triangular(const Setting& setting) {
 std::unique_ptr<Equilibrium> start(const Strategy& strategy, const Network& network, BreakOn break_on,
                                    PhaseTimes& times) {
   petsc::check(PetscOptionsInsertString(nullptr, strategy.petsc_options));
-  EquilibriumOptions options;
+  ChosenStrategy options;
   options.strategy = strategy.equilibrium;
-  options.break_on = break_on;
-  options.verify = strategy.verify;
-  options.kernels = strategy.kernels;
+  options.common.break_on = break_on;
+  options.tree.verify = strategy.verify;
+  options.tree.kernels = strategy.kernels;
   auto equilibrium = make_equilibrium(network, options, times);
   petsc::check(PetscOptionsClear(nullptr));
   return equilibrium;

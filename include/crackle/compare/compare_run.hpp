@@ -8,6 +8,7 @@
 
 #include "crackle/compare/compare_reference.hpp"
 #include "crackle/compare/compare_strategy.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/fracture/fracture.hpp"
 
 namespace crackle {
@@ -74,7 +75,7 @@ struct StrategyRun {
 
 struct CompareScene {
   const Network& network;
-  EquilibriumOptions equilibrium;
+  ChosenStrategy equilibrium;
   StopRule stop;  ///< failure, or a number of breaks
   std::vector<double> threshold;
 };

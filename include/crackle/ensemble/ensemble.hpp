@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "crackle/base/ranks.hpp"
-#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/fracture/fracture.hpp"
 #include "crackle/network/disorder.hpp"
 #include "crackle/record/run_file.hpp"
@@ -34,7 +34,7 @@ struct EnsembleOptions {
 /// What every sample of one size of a run has in common.
 struct Run {
   const Network& network;
-  const EquilibriumOptions& equilibrium;
+  const ChosenStrategy& equilibrium;
   const EnsembleOptions& ensemble;
   const DisorderOptions& disorder;
   const OutputOptions& output;

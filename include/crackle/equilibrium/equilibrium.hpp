@@ -45,16 +45,12 @@ struct EquilibriumCounts {
 [[nodiscard]] std::string describe_doubt(const EquilibriumCounts& counts);
 
 class Ranks;
-struct TreeKernels;
+/// What every strategy is told; each has options of its own beside it.
 struct EquilibriumOptions {
-  std::string strategy = "tree";  ///< name in `-equilibrium`
   BreakOn break_on = BreakOn::magnitude;
-  int refactor_every = 1;        ///< ksp: breaks that a preconditioner made from scratch serves
   std::int64_t check_every = 0;  ///< breaks between two looks at the residual; 0: the strategy's own choice
-  double check_bound = kLargestError;    ///< backward error above which a factor is made anew
-  bool verify = false;                   ///< tree: compare every break with a full solve by a fresh factor
-  const TreeKernels* kernels = nullptr;  ///< tree: one of tree_kernels(); null: the fastest
-  bool many_samples = true;              ///< reset will be called again: keep what makes it cheap
+  double check_bound = kLargestError;  ///< backward error above which a factor is made anew
+  bool many_samples = true;            ///< reset will be called again: keep what makes it cheap
   const Ranks* ranks =
       nullptr;  ///< whose group keeps the network in equilibrium together; null: this process alone
 };

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "crackle/ensemble/ensemble.hpp"
-#include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/network/disorder.hpp"
 #include "crackle/network/network_file.hpp"
 #include "crackle/record/run_file.hpp"
@@ -17,7 +17,7 @@ namespace crackle {
 struct Scene {
   NetworkOptions network;
   DisorderOptions disorder;
-  EquilibriumOptions equilibrium;
+  ChosenStrategy equilibrium;
   EnsembleOptions ensemble;
   OutputOptions output;
   bool help = false;
@@ -32,7 +32,7 @@ struct Scene {
 [[nodiscard]] std::vector<Scene> read_scenes();
 
 /// The part of it that a solver file may set, from the database as it is now.
-[[nodiscard]] EquilibriumOptions read_strategy();
+[[nodiscard]] ChosenStrategy read_strategy();
 
 /// What every sample has in common. Throws InputError when -disorder file finds no thresholds or not
 /// enough, when the first sample's can't be drawn, and as check_section_height does.

@@ -46,7 +46,8 @@ void check_options(PetscErrorCode code) {
 
 class EquilibriumKsp final : public Equilibrium, private HeldFactor {
  public:
-  EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times);
+  EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times,
+                 const KspOptions& ksp);
   [[nodiscard]] EquilibriumCounts counts() const override;
   [[nodiscard]] std::int64_t breaks_worth_settling() const override {
     return follows_ ? kBreaksWorthSettlingUpdown : kBreaksWorthSettling;
@@ -80,6 +81,7 @@ class EquilibriumKsp final : public Equilibrium, private HeldFactor {
   [[nodiscard]] State check_downdates();
   [[nodiscard]] double measure_residual();
 
+  int refactor_every_;
   bool
       together_;  ///< several processes share the matrix; each has all displacements, and comes to the same ends
   MPI_Comm comm_;
@@ -101,8 +103,10 @@ class EquilibriumKsp final : public Equilibrium, private HeldFactor {
   std::vector<double> workspace_;  ///< [n] of the residual
 };
 
-EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times)
+EquilibriumKsp::EquilibriumKsp(const Network& network, const EquilibriumOptions& options, PhaseTimes& times,
+                               const KspOptions& ksp)
     : Equilibrium(network, options, times),
+      refactor_every_(ksp.refactor_every),
       together_(options.ranks != nullptr && options.ranks->group_size() > 1),
       comm_(together_ ? options.ranks->group() : PETSC_COMM_SELF),
       matrix_(network, comm_) {
@@ -139,7 +143,7 @@ void EquilibriumKsp::create_solver() {
   check(KSPSetTolerances(ksp_, kDefaultTolerance, PETSC_DEFAULT, kDefaultDivergence, kDefaultIterations));
   check_options(KSPSetFromOptions(ksp_));
   find_null_pivots(pc);
-  preconditioner_ = std::make_unique<Preconditioner>(ksp_, network_, options_.refactor_every);
+  preconditioner_ = std::make_unique<Preconditioner>(ksp_, network_, refactor_every_);
   follows_ = preconditioner_->follows();
   if (!follows_) matrix_.hold_loose();
   KSPType type = nullptr;
@@ -363,8 +367,8 @@ EquilibriumCounts EquilibriumKsp::counts() const {
 }  // namespace
 
 std::unique_ptr<Equilibrium> make_equilibrium_ksp(const Network& network, const EquilibriumOptions& options,
-                                                  PhaseTimes& times) {
-  return std::make_unique<EquilibriumKsp>(network, options, times);
+                                                  PhaseTimes& times, const KspOptions& ksp) {
+  return std::make_unique<EquilibriumKsp>(network, options, times, ksp);
 }
 
 }  // namespace crackle

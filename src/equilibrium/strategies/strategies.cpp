@@ -5,18 +5,30 @@
 #include "crackle/base/error.hpp"
 #include "crackle/base/named.hpp"
 #include "crackle/equilibrium/dense/equilibrium_dense.hpp"
-#include "crackle/equilibrium/ksp/equilibrium_ksp.hpp"
 #include "crackle/equilibrium/quad/equilibrium_quad.hpp"
-#include "crackle/equilibrium/tree/equilibrium_tree.hpp"
 
 namespace crackle {
 
 namespace {
 
-std::unique_ptr<Equilibrium> make_tree(const Network& network, const EquilibriumOptions& options,
+std::unique_ptr<Equilibrium> make_tree(const Network& network, const ChosenStrategy& options,
                                        PhaseTimes& times) {
-  return make_equilibrium_tree(network, options, times,
-                               {.verify = options.verify, .kernels = options.kernels});
+  return make_equilibrium_tree(network, options.common, times, options.tree);
+}
+
+std::unique_ptr<Equilibrium> make_ksp(const Network& network, const ChosenStrategy& options,
+                                      PhaseTimes& times) {
+  return make_equilibrium_ksp(network, options.common, times, options.ksp);
+}
+
+std::unique_ptr<Equilibrium> make_dense(const Network& network, const ChosenStrategy& options,
+                                        PhaseTimes& times) {
+  return make_equilibrium_dense(network, options.common, times);
+}
+
+std::unique_ptr<Equilibrium> make_quad(const Network& network, const ChosenStrategy& options,
+                                       PhaseTimes& times) {
+  return make_equilibrium_quad(network, options.common, times);
 }
 
 std::string describe_tree(const Equilibrium& equilibrium) {
@@ -31,17 +43,17 @@ constexpr std::array kStrategies = {
                  .looks_ahead = true},
     StrategyKind{.name = "ksp",
                  .meaning = "a PETSc KSP (the default when a -ksp_ or -pc_ option is given)",
-                 .make = make_equilibrium_ksp,
+                 .make = make_ksp,
                  .describe = nullptr,
                  .looks_ahead = false},
     StrategyKind{.name = "dense",
                  .meaning = "LAPACK, for small networks",
-                 .make = make_equilibrium_dense,
+                 .make = make_dense,
                  .describe = nullptr,
                  .looks_ahead = false},
     StrategyKind{.name = "quad",
                  .meaning = "a factor in 113 bits, where stiffnesses are too far apart for the others",
-                 .make = make_equilibrium_quad,
+                 .make = make_quad,
                  .describe = nullptr,
                  .looks_ahead = false},
 };
@@ -62,7 +74,7 @@ const StrategyKind& find_strategy(const std::string& name) {
   return *kind;
 }
 
-std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const EquilibriumOptions& options,
+std::unique_ptr<Equilibrium> make_equilibrium(const Network& network, const ChosenStrategy& options,
                                               PhaseTimes& times) {
   return find_strategy(options.strategy).make(network, options, times);
 }

@@ -118,8 +118,8 @@ TEST(Reference, BreaksTheBondsThatDenseBreaksSampleAfterSample) {
         for (const std::int64_t sample : {0, 1}) {
           SCOPED_TRACE(named.name + reference.name());
           const auto threshold = test::uniform_thresholds(named.network, sample);
-          const SampleRecord dense =
-              test::break_record(named.network, {.strategy = "dense", .break_on = break_on}, threshold);
+          const SampleRecord dense = test::break_record(
+              named.network, {.strategy = "dense", .common = {.break_on = break_on}}, threshold);
           reference.reset(threshold);
           for (std::size_t k = 0; k < dense.bond.size(); ++k) {
             const ReferenceState& state = reference.solve();

@@ -24,7 +24,7 @@ StrategyChoice jacobi(const std::string& rtol) {
 /// Three fuses side by side. Each carries a third; then a half; then all: they break at loads 0.6, 1.0, 0.9.
 struct ThreeFuses {
   Network network = test::bundle(3);
-  CompareScene scene{network, EquilibriumOptions(), StopRule(), {0.5, 0.2, 0.9}};
+  CompareScene scene{network, ChosenStrategy(), StopRule(), {0.5, 0.2, 0.9}};
 };
 
 TEST(CompareRun, TheReferenceBreaksABundleAsOneDoesByHand) {
@@ -66,14 +66,14 @@ TEST(CompareRun, TheReferenceStopsAndSkipsWhereItIsTold) {
 
 TEST(CompareRun, ANetworkThatCarriesNothingIsToldOf) {
   const Network network = test::inclined_chain(Grips::sliding);
-  const CompareScene scene{network, EquilibriumOptions(), StopRule(), {0.3, 0.2}};
+  const CompareScene scene{network, ChosenStrategy(), StopRule(), {0.3, 0.2}};
   test::expect_refused<SolverError>([&] { (void)run_reference(scene, {}); }, {"carries"});
 }
 
 /// Spring lattice of size 6, sample 0, measured at every 5th break.
 struct Springs {
   Network network = test::triangular_networks(6)[1].network;
-  CompareScene scene{network, EquilibriumOptions(), StopRule(), test::uniform_thresholds(network, 0)};
+  CompareScene scene{network, ChosenStrategy(), StopRule(), test::uniform_thresholds(network, 0)};
   CompareOptions options{.every = 5, .repetitions = 2, .quiet = true};
   ReferenceRun reference = run_reference(scene, options);
 };
@@ -120,7 +120,7 @@ int wrong_bonds(const Springs& springs, const StrategyChoice& choice) {
   const StrategyOptions petsc_options(choice);
   PhaseTimes times;
   const auto equilibrium =
-      make_equilibrium(springs.network, {.strategy = "ksp", .many_samples = false}, times);
+      make_equilibrium(springs.network, {.strategy = "ksp", .common = {.many_samples = false}}, times);
   equilibrium->reset(springs.scene.threshold);
   int wrong = 0;
   for (const BondId bond : springs.reference.bond) {

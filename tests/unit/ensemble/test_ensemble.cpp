@@ -15,7 +15,7 @@ std::vector<SampleRecord> run(const std::string& path, std::int64_t first, std::
                               const RecordOptions& record, std::int64_t* breaks = nullptr) {
   const Network network = test::triangular_networks(3)[1].network;
   PhaseTimes times;
-  const EquilibriumOptions equilibrium;
+  const ChosenStrategy equilibrium;
   const EnsembleOptions ensemble{.samples = samples, .first_sample = first, .monitor = Monitor::none};
   const DisorderOptions disorder{.from_file = false, .seed = 1};
   const OutputOptions output{.path = path, .resume = true, .overwrite = false, .record = record};

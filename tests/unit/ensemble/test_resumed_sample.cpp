@@ -23,7 +23,7 @@ constexpr std::int64_t kSettleEvery = 7;
 /// Breaks and records a sample with everything that observes.
 class Watched {
  public:
-  Watched(const Network& network, const EquilibriumOptions& options)
+  Watched(const Network& network, const ChosenStrategy& options)
       : network_(network),
         equilibrium_(make_equilibrium(network, options, times_)),
         breaks_(record_),
@@ -62,7 +62,7 @@ class Watched {
 };
 
 /// From several places, by a strategy just made and by one that has broken other samples.
-void expect_resumable(const Network& network, const EquilibriumOptions& options) {
+void expect_resumable(const Network& network, const ChosenStrategy& options) {
   Watched whole(network, options);
   (void)whole.run(5);
   const SampleRecord expected = whole.run(2);

@@ -38,7 +38,7 @@ class Site {
   }
 
   Network network_;
-  EquilibriumOptions equilibrium_;
+  ChosenStrategy equilibrium_;
   EnsembleOptions ensemble_;
   DisorderOptions disorder_;
   OutputOptions output_;

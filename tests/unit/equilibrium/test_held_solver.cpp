@@ -64,7 +64,7 @@ struct Forces {
 
 Forces quad_forces(const Network& network, BondId gone) {
   PhaseTimes times;
-  const auto quad = make_equilibrium_quad(network, {.strategy = "quad"}, times);
+  const auto quad = make_equilibrium_quad(network, {}, times);
   quad->reset(test::uniform_thresholds(network, 0));
   Critical next;
   EXPECT_EQ(quad->find_critical(next), State::carrying);

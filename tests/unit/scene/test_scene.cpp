@@ -17,8 +17,8 @@ TEST(Scene, WithoutOptionsIsThePapersAtSizeSixteen) {
   EXPECT_EQ(scene.network.grips, Grips::sliding);
   EXPECT_FALSE(scene.disorder.from_file);
   EXPECT_EQ(scene.disorder.seed, 1u);
-  EXPECT_EQ(scene.equilibrium.break_on, BreakOn::magnitude);
-  EXPECT_FALSE(scene.equilibrium.many_samples);
+  EXPECT_EQ(scene.equilibrium.common.break_on, BreakOn::magnitude);
+  EXPECT_FALSE(scene.equilibrium.common.many_samples);
   EXPECT_EQ(scene.ensemble.samples, 1);
   EXPECT_EQ(scene.ensemble.first_sample, 0);
   EXPECT_EQ(scene.ensemble.stop.kind, StopRule::Kind::failure);
@@ -42,10 +42,10 @@ TEST(Scene, TakesAndEchoesWhatIsGiven) {
   const Scene scene = read_scenes().front();
   EXPECT_EQ(scene.network.model, Model::fuse);
   EXPECT_EQ(scene.network.size, 9);
-  EXPECT_EQ(scene.equilibrium.break_on, BreakOn::tension);
+  EXPECT_EQ(scene.equilibrium.common.break_on, BreakOn::tension);
   EXPECT_EQ(scene.ensemble.stop.kind, StopRule::Kind::stiffness);
   EXPECT_EQ(scene.ensemble.stop.value, 0.25);
-  EXPECT_TRUE(scene.equilibrium.many_samples);
+  EXPECT_TRUE(scene.equilibrium.common.many_samples);
   EXPECT_EQ(scene.disorder.seed, ~std::uint64_t{0});
   EXPECT_FALSE(scene.output.record.has("breaks"));
   EXPECT_EQ(scene.output.record.snapshot_at, (std::vector<std::int32_t>{2, 7}));

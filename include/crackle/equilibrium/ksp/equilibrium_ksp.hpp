@@ -10,9 +10,14 @@
 
 namespace crackle {
 
+struct KspOptions {
+  int refactor_every = 1;  ///< breaks that a preconditioner made from scratch serves
+};
+
 /// Throws InputError when the options ask for what can't be (a rank above 1 under preonly).
 [[nodiscard]] std::unique_ptr<Equilibrium> make_equilibrium_ksp(const Network& network,
                                                                 const EquilibriumOptions& options,
-                                                                PhaseTimes& times);
+                                                                PhaseTimes& times,
+                                                                const KspOptions& ksp = {});
 
 }  // namespace crackle

@@ -16,7 +16,7 @@ struct Broken {
   EquilibriumCounts counts;
 };
 
-Broken break_ksp(const Network& network, EquilibriumOptions options, std::int64_t sample) {
+Broken break_ksp(const Network& network, ChosenStrategy options, std::int64_t sample) {
   PhaseTimes times;
   options.strategy = "ksp";
   const auto equilibrium = make_equilibrium(network, options, times);
@@ -27,7 +27,7 @@ Broken break_ksp(const Network& network, EquilibriumOptions options, std::int64_
 }
 
 /// The same bonds as dense, in every kind of network, for three samples with one strategy object.
-void expect_dense_breaks(EquilibriumOptions options, int size, bool uneven = true) {
+void expect_dense_breaks(ChosenStrategy options, int size, bool uneven = true) {
   for (const test::NamedNetwork& named : test::triangular_networks(size)) {
     if (named.name == "uneven springs" && !uneven) continue;
     PhaseTimes times;
@@ -69,7 +69,7 @@ TEST(Preconditioner, LaggingBreaksTheSameBondsWithFewerSetUps) {
     const test::SolverOptions options{
         {"-ksp_type", "cg"}, {"-pc_type", pc}, {"-pc_factor_mat_solver_type", package}};
     const Broken fresh = break_ksp(network, {}, 0);
-    const Broken lagged = break_ksp(network, {.refactor_every = 10}, 0);
+    const Broken lagged = break_ksp(network, {.ksp = {.refactor_every = 10}}, 0);
     EXPECT_EQ(fresh.record.bond, dense.bond);
     EXPECT_EQ(lagged.record.bond, dense.bond);
     EXPECT_GE(fresh.counts.factorizations, breaks);
@@ -111,7 +111,7 @@ TEST(Preconditioner, ALagLeavesThePreconditionerAlone) {
   for (const int every : {1, 10}) {
     SCOPED_TRACE(every);
     CountedDiagonal::made = 0;
-    const Broken broken = break_ksp(network, {.refactor_every = every}, 0);
+    const Broken broken = break_ksp(network, {.ksp = {.refactor_every = every}}, 0);
     const auto breaks = static_cast<std::int64_t>(broken.record.bond.size());
     EXPECT_EQ(CountedDiagonal::made, broken.counts.factorizations);
     EXPECT_GE(CountedDiagonal::made, breaks / every);
@@ -131,7 +131,7 @@ TEST(Preconditioner, WarmStartsBeginAtTheLastState) {
                                       {"-ksp_norm_type", "unpreconditioned"},
                                       {"-ksp_initial_guess_nonzero", warm}};
     PhaseTimes times;
-    const auto equilibrium = make_equilibrium_ksp(network, {.refactor_every = 10}, times);
+    const auto equilibrium = make_equilibrium_ksp(network, {}, times, {.refactor_every = 10});
     equilibrium->reset(test::uniform_thresholds(network, 0));
     Critical next;
     ASSERT_EQ(equilibrium->find_critical(next), State::carrying);
@@ -146,7 +146,8 @@ TEST(Preconditioner, RefusesALagWhereItHasNoMeaning) {
   const Network network = test::triangular_networks(3)[0].network;
   const auto refused = [&](const std::vector<std::string>& words) {
     PhaseTimes times;
-    test::expect_refused([&] { (void)make_equilibrium_ksp(network, {.refactor_every = 5}, times); }, words);
+    test::expect_refused([&] { (void)make_equilibrium_ksp(network, {}, times, {.refactor_every = 5}); },
+                         words);
   };
   refused({"-equilibrium_refactor_every", "5", "preonly"});
   const test::SolverOptions cg{{"-ksp_type", "cg"}};

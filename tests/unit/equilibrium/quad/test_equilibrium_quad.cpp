@@ -18,9 +18,9 @@ using Thresholds = std::vector<double>;
 
 void expect_dense_breaks(const Network& network, const Thresholds& threshold, BreakOn break_on) {
   const SampleRecord dense =
-      test::break_record(network, {.strategy = "dense", .break_on = break_on}, threshold);
+      test::break_record(network, {.strategy = "dense", .common = {.break_on = break_on}}, threshold);
   const SampleRecord quad =
-      test::break_record(network, {.strategy = "quad", .break_on = break_on}, threshold);
+      test::break_record(network, {.strategy = "quad", .common = {.break_on = break_on}}, threshold);
   ASSERT_EQ(quad.bond, dense.bond);
   EXPECT_EQ(quad.summary.n_p, dense.summary.n_p);
   for (std::size_t i = 0; i < dense.bond.size(); ++i) {

@@ -33,7 +33,7 @@ TEST(Strategies, RowsHaveNamesOfTheirOwnAndAMeaningOfOneLine) {
     EXPECT_FALSE(std::string(kind.meaning).empty()) << kind.name;
     EXPECT_EQ(std::string(kind.meaning).find('\n'), std::string::npos) << kind.name;
   }
-  EXPECT_STREQ(strategy_kinds().front().name, EquilibriumOptions{}.strategy.c_str()) << "the default";
+  EXPECT_STREQ(strategy_kinds().front().name, ChosenStrategy{}.strategy.c_str()) << "the default";
 }
 
 TEST(Strategies, WhatARowDescribesIsOfTheStrategyThatItMakes) {

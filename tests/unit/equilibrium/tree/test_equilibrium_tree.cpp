@@ -43,7 +43,7 @@ void expect_same_breaks(const SampleRecord& tree, const SampleRecord& other) {
 void expect_dense_breaks(const Network& network, const Thresholds& threshold,
                          BreakOn break_on = BreakOn::magnitude, TreeOptions tree = {}) {
   const SampleRecord dense =
-      test::break_record(network, {.strategy = "dense", .break_on = break_on}, threshold);
+      test::break_record(network, {.strategy = "dense", .common = {.break_on = break_on}}, threshold);
   for (const TreeKernels* kernels : tree_kernels()) {
     SCOPED_TRACE(kernels->name);
     tree.kernels = kernels;
