@@ -16,7 +16,7 @@
 #include "crackle/compare/compare_scene.hpp"
 #include "crackle/compare/compare_strategy.hpp"
 #include "crackle/compare/compare_table.hpp"
-#include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/equilibrium/ksp/preconditioner_kind.hpp"
 #include "crackle/scene/option_table.hpp"
 
 namespace {

@@ -18,7 +18,7 @@
 #include "crackle/base/program.hpp"
 #include "crackle/ensemble/ensemble.hpp"
 #include "crackle/ensemble/report.hpp"
-#include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/equilibrium/ksp/preconditioner_kind.hpp"
 #include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/network/network_file.hpp"
 #include "crackle/scene/option_table.hpp"

@@ -26,7 +26,7 @@
 
 #include "crackle/base/petsc_handle.hpp"
 #include "crackle/equilibrium/equilibrium.hpp"
-#include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/equilibrium/ksp/preconditioner_kind.hpp"
 #include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/network/disorder.hpp"
 #include "crackle/network/lattices.hpp"

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "crackle/base/petsc_handle.hpp"
-#include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/equilibrium/ksp/preconditioner_kind.hpp"
 #include "support/leak_check.hpp"
 
 int main(int argc, char** argv) {

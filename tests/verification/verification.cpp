@@ -5,7 +5,7 @@
 #include <ostream>
 
 #include "crackle/base/petsc_handle.hpp"
-#include "crackle/equilibrium/ksp/preconditioner.hpp"
+#include "crackle/equilibrium/ksp/preconditioner_kind.hpp"
 #include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/factor/cholmod_factor.hpp"
 #include "crackle/network/disorder.hpp"

@@ -4,29 +4,26 @@
 
 #include "crackle/base/error.hpp"
 #include "crackle/base/petsc_handle.hpp"
-#include "crackle/equilibrium/ksp/pc_circulant.hpp"
-#include "crackle/equilibrium/ksp/pc_updown.hpp"
-#include "crackle/equilibrium/ksp/pc_woodbury.hpp"
 
 namespace crackle {
 
 using petsc::check;
 
-void register_preconditioners() {
-  check(register_pc_updown());
-  check(register_pc_circulant());
-  check(register_pc_woodbury());
+namespace {
+
+PC pc_of(KSP ksp) {
+  PC pc = nullptr;
+  check(KSPGetPC(ksp, &pc));
+  return pc;
 }
 
+}  // namespace
+
 Preconditioner::Preconditioner(KSP ksp, const Network& network, int refactor_every)
-    : ksp_(ksp), refactor_every_(refactor_every) {
-  check(KSPGetPC(ksp, &pc_));
-  if (is_pc_updown(pc_)) kind_ = Kind::updown;
-  if (is_pc_woodbury(pc_)) kind_ = Kind::woodbury;
-  if (is_pc_circulant(pc_)) kind_ = Kind::circulant;
+    : ksp_(ksp), pc_(pc_of(ksp)), kind_(&kind_of(pc_)), refactor_every_(refactor_every) {
   PetscBool preonly = PETSC_FALSE;
   check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPPREONLY, &preonly));
-  if (kind_ == Kind::circulant) pc_circulant_set_network(pc_, network);
+  kind_->begin(pc_, network);
   if (rank() > 1 && preonly == PETSC_TRUE) {
     throw InputError("-pc_updown_rank", std::to_string(rank()),
                      "1 under -ksp_type preonly; -ksp_type cg solves what the factor has not yet");
@@ -37,27 +34,21 @@ Preconditioner::Preconditioner(KSP ksp, const Network& network, int refactor_eve
     throw InputError("-equilibrium_refactor_every", given,
                      "1 under -ksp_type preonly; -ksp_type cg solves with an older preconditioner");
   }
-  if (kind_ != Kind::petsc) {
+  if (is_ours()) {
     throw InputError("-equilibrium_refactor_every", given,
                      "1 with this -pc_type, which follows the breaks or needs no change (-pc_updown_rank, "
                      "-pc_woodbury_rank)");
   }
 }
 
-int Preconditioner::rank() const {
-  return kind_ == Kind::updown ? pc_updown_rank(pc_) : 1;
-}
-
 double Preconditioner::remove(const RankOne& w) {
-  if (kind_ == Kind::updown) return pc_updown_remove(pc_, w);
-  if (kind_ == Kind::woodbury) return pc_woodbury_remove(pc_, w);
-  if (kind_ == Kind::petsc) ++age_;
-  return 1;
+  if (!is_ours()) ++age_;
+  return kind_->remove(pc_, w);
 }
 
 PetscErrorCode Preconditioner::set_up() {
-  const bool due = kind_ == Kind::petsc && (stale_ || age_ >= refactor_every_);
-  if (kind_ == Kind::petsc) check(PCSetReusePreconditioner(pc_, due ? PETSC_FALSE : PETSC_TRUE));
+  const bool due = !is_ours() && (stale_ || age_ >= refactor_every_);
+  if (!is_ours()) check(PCSetReusePreconditioner(pc_, due ? PETSC_FALSE : PETSC_TRUE));
   PetscErrorCode code = KSPSetUp(ksp_);
   if (code == 0) code = PCSetUp(pc_);  // a KSP that is set up doesn't look whether its matrix has changed
   if (due) {
@@ -70,32 +61,18 @@ PetscErrorCode Preconditioner::set_up() {
 
 bool Preconditioner::renew() {
   stale_ = true;
-  if (kind_ == Kind::updown) return pc_updown_refactor(pc_);
-  if (kind_ == Kind::woodbury) return pc_woodbury_refactor(pc_);
-  return true;
-}
-
-void Preconditioner::keep() {
-  if (kind_ == Kind::updown) pc_updown_keep(pc_);
-  if (kind_ == Kind::woodbury) pc_woodbury_keep(pc_);
+  return kind_->renew(pc_);
 }
 
 void Preconditioner::restore() {
   stale_ = true;
-  if (kind_ == Kind::updown) pc_updown_restore(pc_);
-  if (kind_ == Kind::woodbury) pc_woodbury_restore(pc_);
+  (void)kind_->restore(pc_);
 }
 
 PreconditionerCounts Preconditioner::counts() const {
-  if (kind_ == Kind::updown) {
-    const PcUpdownCounts counts = pc_updown_counts(pc_);
-    return {counts.factorizations, counts.null_pivots, counts.entries, counts.smallest_pivot};
-  }
-  if (kind_ == Kind::woodbury) {
-    const PcWoodburyCounts counts = pc_woodbury_counts(pc_);
-    return {counts.factorizations, counts.null_pivots, counts.entries, counts.smallest_pivot};
-  }
-  return {.factorizations = kind_ == Kind::circulant ? 1 : set_ups_};
+  PreconditionerCounts counts = kind_->counts(pc_);
+  counts.factorizations += set_ups_;
+  return counts;
 }
 
 }  // namespace crackle

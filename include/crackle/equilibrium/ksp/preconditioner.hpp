@@ -5,23 +5,10 @@
 #include <petscksp.h>
 
 #include <cstdint>
-#include <limits>
 
-#include "crackle/factor/cholmod_factor.hpp"
-#include "crackle/network/network.hpp"
+#include "crackle/equilibrium/ksp/preconditioner_kind.hpp"
 
 namespace crackle {
-
-struct PreconditionerCounts {
-  std::int64_t factorizations = 0;  ///< set-ups from scratch
-  std::int64_t null_pivots = 0;     ///< pinned in the last one
-  std::int64_t entries = 0;         ///< of the factor; 0 where the solver doesn't tell
-  /// The smallest pivot but those over its diagonal entry, in the last one; NaN where the solver doesn't tell.
-  double smallest_pivot = std::numeric_limits<double>::quiet_NaN();
-};
-
-/// Makes `-pc_type updown`, `circulant` and `woodbury` known; once after PetscInitialize.
-void register_preconditioners();
 
 class Preconditioner {
  public:
@@ -31,11 +18,11 @@ class Preconditioner {
   Preconditioner(KSP ksp, const Network& network, int refactor_every);
 
   /// A direct factor of ours that changes with every break.
-  [[nodiscard]] bool follows() const { return kind_ == Kind::updown || kind_ == Kind::woodbury; }
+  [[nodiscard]] bool follows() const { return kind_->follows; }
   /// One of this library's own, for one process.
-  [[nodiscard]] bool is_ours() const { return kind_ != Kind::petsc; }
+  [[nodiscard]] bool is_ours() const { return kind_->is_ours; }
   /// Breaks that a factor of ours may leave to the iteration, plus one.
-  [[nodiscard]] int rank() const;
+  [[nodiscard]] int rank() const { return kind_->rank(pc_); }
 
   /// A break: K has changed by - w w^T and is assembled. Returns the slack; 1 where none is known.
   [[nodiscard]] double remove(const RankOne& w);
@@ -48,19 +35,17 @@ class Preconditioner {
   /// The next set_up makes it anew; false when it is of ours and K is singular.
   [[nodiscard]] bool renew();
 
-  /// See pc_updown_keep. Nothing where the intact one is not worth keeping.
-  void keep();
+  /// See PreconditionerKind.
+  void keep() { kind_->keep(pc_); }
   /// K is the intact network's again.
   void restore();
 
   [[nodiscard]] PreconditionerCounts counts() const;
 
  private:
-  enum class Kind : std::uint8_t { petsc, updown, woodbury, circulant };
-
   KSP ksp_;
   PC pc_ = nullptr;
-  Kind kind_ = Kind::petsc;
+  const PreconditionerKind* kind_;
   int refactor_every_;
   int age_ = 0;               ///< breaks since the set-up, of PETSc's own
   bool stale_ = true;         ///< it must be made anew

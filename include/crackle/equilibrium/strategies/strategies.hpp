@@ -14,9 +14,9 @@ namespace crackle {
 /// A strategy by its name, and what it is told. Options of the others lie idle.
 struct ChosenStrategy {
   std::string strategy = "tree";  ///< a name in the table
-  EquilibriumOptions common;
-  KspOptions ksp;
-  TreeOptions tree;
+  EquilibriumOptions common{};
+  KspOptions ksp{};
+  TreeOptions tree{};
 };
 
 struct StrategyKind {
