@@ -240,7 +240,7 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
   SeparatorTree tree_;
   TreeBonds bonds_;
   const TreeKernels& kernels_;
-  AlignedVector scratch_;  // zero whenever nobody works in it
+  TreeScratch scratch_;
   TreeFactor factor_;
   TreeBatch batch_;
   std::unique_ptr<TreeFactor> checker_;  // with verify

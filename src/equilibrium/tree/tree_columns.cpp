@@ -7,14 +7,14 @@
 namespace crackle {
 
 TreeColumns::TreeColumns(const SeparatorTree& tree, const TreeBonds& bonds, const TreeFactor& factor,
-                         const TreeKernels& kernels, std::span<double> scratch)
+                         const TreeKernels& kernels, TreeScratch& scratch)
     : tree_(tree),
       bonds_(bonds),
       factor_(factor),
       kernels_(kernels),
       panel_(kMost / kLanes),
       gram_(static_cast<std::size_t>(kMost) * kMost),
-      work_(scratch),
+      scratch_(scratch),
       spread_(static_cast<std::size_t>(kMost) * kLanes),
       on_path_(tree.fronts(), 0),
       panels_at_(tree.fronts(), 0) {
@@ -58,9 +58,11 @@ int TreeColumns::add(std::span<const BondId> chosen) {
 }
 
 void TreeColumns::solve(Panel& panel, std::span<const BondId> bonds) {
+  const TreeScratch::Loan loan(scratch_);
+  double* const work = loan.data();
   for (std::size_t lane = 0; lane < bonds.size(); ++lane) {
     for (int i = 0; i < bonds_.width; ++i) {
-      work_[static_cast<std::size_t>(bonds_.rows(bonds[lane])[i]) * kLanes + lane] +=
+      work[static_cast<std::size_t>(bonds_.rows(bonds[lane])[i]) * kLanes + lane] +=
           bonds_.values(bonds[lane])[i];
     }
   }
@@ -82,12 +84,12 @@ void TreeColumns::solve(Panel& panel, std::span<const BondId> bonds) {
     const auto begin = std::ranges::lower_bound(bonds, front.first_descendant, {}, owner) - bonds.begin();
     const auto end = std::ranges::upper_bound(bonds, f, {}, owner) - bonds.begin();
     panel.place[f] = {next, static_cast<std::int16_t>(begin), static_cast<std::int16_t>(end)};
-    double* pivots = work_.data() + static_cast<std::size_t>(front.first) * kLanes;
+    double* pivots = work + static_cast<std::size_t>(front.first) * kLanes;
     const FrontBlock block = factor_.block(f, panel.path[std::min(i + 1, panel.path.size() - 1)]);
     if (end - begin == 1) {
-      kernels_.forward_one(block, pivots + begin, work_.data() + begin, column_.data());
+      kernels_.forward_one(block, pivots + begin, work + begin, column_.data());
     } else {
-      kernels_.forward(block, pivots, work_.data(), static_cast<int>(begin), static_cast<int>(end));
+      kernels_.forward(block, pivots, work, static_cast<int>(begin), static_cast<int>(end));
     }
     std::copy_n(pivots, front.pivots * kLanes, panel.rows.data() + static_cast<std::size_t>(next) * kLanes);
     std::fill_n(pivots, front.pivots * kLanes, 0.0);

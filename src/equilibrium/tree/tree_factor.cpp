@@ -10,7 +10,7 @@
 namespace crackle {
 
 TreeFactor::TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const TreeKernels& kernels,
-                       bool keep_intact, std::span<double> scratch)
+                       bool keep_intact, TreeScratch& scratch)
     : tree_(tree),
       bonds_(bonds),
       kernels_(kernels),
@@ -19,7 +19,7 @@ TreeFactor::TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const 
       diagonal_(tree.positions()),
       inverse_(tree.positions()),
       on_path_(tree.fronts(), 0),
-      rows_(scratch),
+      scratch_(scratch),
       slack_(kLanes) {
   std::int32_t tallest = 0;
   for (const Front& front : tree.front) tallest = std::max(tallest, front.stride);
@@ -126,12 +126,13 @@ double TreeFactor::downdate(std::span<const BondId> bonds) {
 }
 
 double TreeFactor::downdate_lanes(std::span<const BondId> bonds) {
+  const TreeScratch::Loan loan(scratch_);
+  double* const rows = loan.data();
   sorted_.assign(bonds.begin(), bonds.end());
   std::ranges::sort(sorted_, {}, [&](BondId e) { return bonds_.owner[e]; });
   for (std::size_t j = 0; j < sorted_.size(); ++j) {
     for (int i = 0; i < bonds_.width; ++i) {
-      rows_[static_cast<std::size_t>(bonds_.rows(sorted_[j])[i]) * kLanes + j] +=
-          bonds_.values(sorted_[j])[i];
+      rows[static_cast<std::size_t>(bonds_.rows(sorted_[j])[i]) * kLanes + j] += bonds_.values(sorted_[j])[i];
     }
   }
   std::ranges::fill(slack_, 1.0);
@@ -139,25 +140,25 @@ double TreeFactor::downdate_lanes(std::span<const BondId> bonds) {
   for (const FrontId f : path_) {
     // all that is left is the plate
     if (f + 1 == tree_.fronts()) held_slack_ = std::min(held_slack_, *std::ranges::min_element(slack_));
-    downdate_front(f);
+    downdate_front(f, rows);
   }
   const double smallest = *std::ranges::min_element(slack_);
   return std::isfinite(smallest) ? smallest : 0;
 }
 
-void TreeFactor::downdate_front(FrontId f) {
+void TreeFactor::downdate_front(FrontId f, double* rows) {
   const Front& front = tree_.front[f];
   const auto below = [&](BondId e) { return bonds_.owner[e] < front.first_descendant; };
   const auto within = [&](BondId e) { return bonds_.owner[e] <= f; };
   const std::size_t begin = std::ranges::partition_point(sorted_, below) - sorted_.begin();
   const std::size_t end = std::ranges::partition_point(sorted_, within) - sorted_.begin();
-  const auto rows = tree_.boundary(f);
-  double* pivots = rows_.data() + static_cast<std::size_t>(front.first) * kLanes;
+  const auto boundary = tree_.boundary(f);
+  double* pivots = rows + static_cast<std::size_t>(front.first) * kLanes;
   for (std::size_t j = begin; j < end; ++j) {
     double* w = columns_.data() + (j - begin) * front.stride;
     for (int i = 0; i < front.pivots; ++i) w[i] = pivots[i * kLanes + j];
     for (int i = 0; i < front.boundary; ++i)
-      w[front.pivots + i] = rows_[static_cast<std::size_t>(rows[i]) * kLanes + j];
+      w[front.pivots + i] = rows[static_cast<std::size_t>(boundary[i]) * kLanes + j];
     std::fill(w + front.pivots + front.boundary, w + front.stride, 0.0);
   }
   kernels_.downdate(block(f), entries_.data() + front.block, diagonal_.data() + front.first,
@@ -165,7 +166,7 @@ void TreeFactor::downdate_front(FrontId f) {
                     slack_.data() + begin);
   for (std::size_t j = begin; j < end; ++j) {
     const double* w = columns_.data() + (j - begin) * front.stride + front.pivots;
-    for (int i = 0; i < front.boundary; ++i) rows_[static_cast<std::size_t>(rows[i]) * kLanes + j] = w[i];
+    for (int i = 0; i < front.boundary; ++i) rows[static_cast<std::size_t>(boundary[i]) * kLanes + j] = w[i];
   }
   std::fill_n(pivots, static_cast<std::size_t>(front.pivots) * kLanes, 0.0);
   entries_updated_ += 2 * static_cast<std::int64_t>(front.stride) * front.pivots;

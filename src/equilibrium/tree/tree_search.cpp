@@ -31,7 +31,7 @@ TreeSearch::TreeSearch(const Network& network, const SeparatorTree& tree, const 
 }
 
 void TreeSearch::set_thresholds(std::span<const double> threshold) {
-  threshold_ = threshold;
+  threshold_.assign(threshold.begin(), threshold.end());
   for (std::size_t i = 0; i < limit_.size(); ++i) {
     const BondId e = bonds_.by_owner[i];
     limit_[i] = threshold[e] / std::sqrt(network_.stiffness[e]);
@@ -39,7 +39,8 @@ void TreeSearch::set_thresholds(std::span<const double> threshold) {
 }
 
 void TreeSearch::set_broken(BondId e) {
-  limit_[bonds_.place[e]] = std::numeric_limits<double>::infinity();
+  threshold_[e] = std::numeric_limits<double>::infinity();
+  limit_[bonds_.place[e]] = threshold_[e];
 }
 
 void TreeSearch::run(std::span<const std::vector<FrontId>> fronts, const double* cut,

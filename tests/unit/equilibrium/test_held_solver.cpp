@@ -39,7 +39,7 @@ class Lent final : public HeldFactor {
  private:
   SeparatorTree tree_;
   TreeBonds bonds_;
-  AlignedVector scratch_;
+  TreeScratch scratch_;
   TreeFactor factor_;
   double share_;
   int solves_ = 0;

@@ -8,23 +8,16 @@
 
 #include <array>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "crackle/base/phase.hpp"
-#include "crackle/equilibrium/criterion.hpp"
+#include "crackle/equilibrium/tree/tree_candidates.hpp"
 #include "crackle/equilibrium/tree/tree_columns.hpp"
+#include "crackle/equilibrium/tree/tree_followed.hpp"
 #include "crackle/equilibrium/tree/tree_predictor.hpp"
 #include "crackle/equilibrium/tree/tree_search.hpp"
-#include "crackle/network/neighbourhood.hpp"
 
 namespace crackle {
-
-/// A break that a pass confirmed; the number of the pass's state is its place in the list.
-struct VerifiedBreak {
-  BondId bond = -1;
-  double ratio = 0;  ///< force over threshold at unit plate load
-};
 
 enum class BatchResult : std::uint8_t {
   found,   ///< at least one break is verified
@@ -47,14 +40,14 @@ class TreeBatch {
  public:
   /// All arguments must outlive this; scratch: see TreeFactor.
   TreeBatch(const Network& network, const SeparatorTree& tree, const TreeBonds& bonds,
-            const TreeFactor& factor, const TreeKernels& kernels, BreakOn break_on, std::span<double> scratch,
+            const TreeFactor& factor, const TreeKernels& kernels, BreakOn break_on, TreeScratch& scratch,
             PhaseTimes& times);
 
-  /// A new sample, the factor intact. `threshold` [M], infinity for what can't break, stays the caller's, who
-  /// sets it to infinity for bonds as they are removed.
+  /// A new sample, or one that goes on; the factor is that of it. threshold: [M], infinity for what is broken or can't
+  /// break.
   void reset(std::span<const double> threshold);
 
-  /// A bond that `verified` names is gone: one more break waits.
+  /// A bond is gone: one more break waits.
   void remove(BondId bond);
 
   /// Breaks that the factor hasn't taken in.
@@ -75,49 +68,26 @@ class TreeBatch {
  private:
   [[nodiscard]] bool prepare();
   [[nodiscard]] bool commit();
-  void choose();
-  void extend();
-  void fill_panel(std::size_t rank);
-  void take(BondId e);
-  void take_near(BondId e, double force);
   void add_columns();
   void solve();
   [[nodiscard]] BatchResult verify(double least_stiffness);
-  void thin_out();
-  void fill_ratios();
   [[nodiscard]] bool agrees(int state) const;
-  [[nodiscard]] VerifiedBreak largest(int state) const;
-  void rank();
 
   const SeparatorTree& tree_;
   PhaseTimes& times_;
   TreeColumns columns_;
   TreeSearch search_;
   TreePredictor predictor_;
-  Neighbourhood neighbourhood_;
-  std::size_t first_;  // best-ranked bonds that are followed from the start
-  int hops_;           // how near a bond must be to a break to be followed as well
-  int most_states_;    // in a pass
+  TreeFollowed followed_;
+  TreeCandidates candidates_;
+  int most_states_;  // in a pass
   Prediction prediction_;
-  std::span<const double> threshold_;
-  std::vector<BondId> waiting_;       // removed since the factor was current
-  std::size_t committed_ = 0;         // of these, known to the predictor
-  std::vector<std::uint8_t> in_set_;  // [M] 1: has a column, or is in list_
-  std::vector<BondId> list_;          // columns to be added
-  std::vector<BondId> near_;          // workspace of take_near
-  std::vector<std::size_t> ring_;     // the same
+  std::vector<BondId> waiting_;  // removed since the factor was current
+  std::size_t committed_ = 0;    // of these, known to the predictor
   std::vector<VerifiedBreak> verified_;
-  std::vector<BondId> candidate_;  // bonds whose ratio came within keep_ of the predicted largest one
-  std::vector<double> ratio_;      // [candidates * states in whole groups]
-  std::size_t stride_ = kLanes;    // from one candidate's ratios to the next's
-  std::vector<std::pair<double, BondId>>
-      ranked_;  // largest ratio relative to its state's largest, descending
+  CertainState last_;
+  bool blind_ = false;                                    // the next pass looks at every bond
   std::array<std::vector<FrontId>, kMostGroups> fronts_;  // workspace of solve
-  double keep_ = 0;
-  bool blind_ = false;     // the next pass looks at every bond
-  int last_state_ = 0;     // the last one that is certain
-  double last_ratio_ = 0;  // its largest ratio
-  double last_force_ = 0;  // and the force of the bond that broke in it
   BatchCounts counts_;
 };
 

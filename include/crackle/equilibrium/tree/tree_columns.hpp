@@ -22,7 +22,7 @@ class TreeColumns {
 
   /// All arguments must outlive this; scratch: see TreeFactor.
   TreeColumns(const SeparatorTree& tree, const TreeBonds& bonds, const TreeFactor& factor,
-              const TreeKernels& kernels, std::span<double> scratch);
+              const TreeKernels& kernels, TreeScratch& scratch);
 
   /// Forgets all columns; to be called whenever the factor changes.
   void clear();
@@ -77,8 +77,8 @@ class TreeColumns {
   int panels_ = 0;
   std::int64_t fronts_visited_ = 0;
   std::int64_t entries_read_ = 0;
-  AlignedVector gram_;      // kMost x kMost
-  std::span<double> work_;  // the scratch
+  AlignedVector gram_;  // kMost x kMost
+  TreeScratch& scratch_;
   std::vector<BondId> sorted_;
   AlignedVector column_;  // [tallest front] workspace of the kernels
   // Of a combination, by panel and lane:

@@ -16,6 +16,7 @@
 #include "crackle/equilibrium/tree/tree_bonds.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
 #include "crackle/equilibrium/tree/tree_multifrontal.hpp"
+#include "crackle/equilibrium/tree/tree_scratch.hpp"
 #include "crackle/network/network.hpp"
 
 namespace crackle {
@@ -25,10 +26,10 @@ inline constexpr std::size_t kLookAhead = 1 << 14;
 
 class TreeFactor {
  public:
-  /// Keeps a copy of the first factorization if `keep_intact`. All arguments must outlive this; scratch
-  /// (positions x kLanes) must be zero whenever a member function is called, and is left so.
+  /// Keeps a copy of the first factorization if `keep_intact`. All arguments must outlive this; scratch: positions x
+  /// kLanes.
   TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const TreeKernels& kernels, bool keep_intact,
-             std::span<double> scratch);
+             TreeScratch& scratch);
 
   /// From scratch, without the bonds for which broken[e] != 0 (size M; empty: none is broken).
   void factorize(std::span<const std::uint8_t> broken);
@@ -83,7 +84,7 @@ class TreeFactor {
   void for_each_column(Copy copy);
   void substitute_back(std::span<double> x) const;
   double downdate_lanes(std::span<const BondId> bonds);
-  void downdate_front(FrontId f);
+  void downdate_front(FrontId f, double* rows);
 
   const SeparatorTree& tree_;
   const TreeBonds& bonds_;
@@ -104,7 +105,7 @@ class TreeFactor {
   std::vector<BondId> sorted_;
   std::vector<FrontId> path_;
   std::vector<std::uint8_t> on_path_;  // [fronts]
-  std::span<double> rows_;             // the scratch; lane j: what bond j's vector has become
+  TreeScratch& scratch_;               // lane j: what bond j's vector has become
   AlignedVector columns_;              // [largest stride * kLanes] the same over one front, by columns
   std::vector<double> slack_;          // [kLanes]
   double held_slack_ = 1;

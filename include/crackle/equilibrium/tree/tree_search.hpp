@@ -24,10 +24,12 @@ class TreeSearch {
   TreeSearch(const Network& network, const SeparatorTree& tree, const TreeBonds& bonds,
              const TreeFactor& factor, const TreeKernels& kernels, BreakOn break_on, int groups);
 
-  /// threshold: [M], infinity for what can't break; stays the caller's, who sets it to infinity for broken
-  /// bonds.
+  /// A sample's: [M], infinity for what is broken or can't break.
   void set_thresholds(std::span<const double> threshold);
+  /// From here on its threshold is infinite.
   void set_broken(BondId e);
+  [[nodiscard]] double threshold(BondId e) const { return threshold_[e]; }
+  [[nodiscard]] std::span<const double> thresholds() const { return threshold_; }
 
   /// Displacements of a group's states, positions x kLanes; the caller fills in the right-hand sides, see
   /// TreeColumns::combine.
@@ -65,7 +67,7 @@ class TreeSearch {
   bool magnitude_;
   bool far_;                                  // the states don't fit into a core's cache
   std::array<AlignedVector, kMostGroups> x_;  // [positions * kLanes] each; empty: group not used
-  std::span<const double> threshold_;         // [M] the caller's
+  std::vector<double> threshold_;             // [M] infinite: broken, or can't break
   std::vector<double> limit_;  // [stretchable] threshold over sqrt(k), in the order of TreeBonds::by_owner
   std::vector<std::int32_t> found_;          // workspace of run
   std::array<double, kMostStates> least_{};  // elongation that is none, by state

@@ -21,7 +21,7 @@ struct Solver {
   const TreeKernels& kernels;
   SeparatorTree tree;
   TreeBonds bonds;
-  AlignedVector scratch;
+  TreeScratch scratch;
   TreeFactor factor;
 
   explicit Solver(const Network& on, const TreeKernels& with = *tree_kernels().front())
@@ -91,7 +91,7 @@ TEST(TreeColumns, HaveTheGramMatrixOfADenseInverse) {
     }
     std::ranges::sort(held);
     EXPECT_EQ(held, some);
-    EXPECT_EQ(std::ranges::count(solver.scratch, 0.0), std::ssize(solver.scratch));
+    EXPECT_TRUE(solver.scratch.is_zero());
   }
 }
 
