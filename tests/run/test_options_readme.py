@@ -5,6 +5,7 @@
 
 prints the tables, to be put there.
 """
+import functools
 import re
 import subprocess
 import tempfile
@@ -24,6 +25,7 @@ def parse_help(text):
     return [OPTION.fullmatch(line).groups() for line in own]
 
 
+@functools.lru_cache(maxsize=None)
 def ask_help(program):
     with tempfile.TemporaryDirectory() as folder:
         result = subprocess.run([PROGRAMS[program], "-help"], cwd=folder, env=environment(), capture_output=True,
