@@ -3,7 +3,7 @@
 
     CRACKLE=build/release/crackle tests/run/test_options_readme.py
 
-prints the tables, to be put there.
+puts them there.
 """
 import functools
 import re
@@ -48,10 +48,16 @@ def format_table(rows):
     return "\n".join([f"| {' | '.join(COLUMNS)} |", "| --- " * len(COLUMNS) + "|", *map(format_row, rows)])
 
 
+def table_under(heading, text):
+    """The first table of options after a heading: where its rows begin and end."""
+    head = format_table([]) + "\n"
+    begin = text.index(head, text.index(f"\n{heading}\n")) + len(head)
+    return begin, text.index("\n\n", begin)
+
+
 def rows_under(heading, text):
-    """The rows of the first table of options after a heading."""
-    table = text.split(f"\n{heading}\n")[1].split(f"| {' | '.join(COLUMNS)} |\n")[1].split("\n\n")[0]
-    return table.splitlines()[1:]
+    begin, end = table_under(heading, text)
+    return text[begin:end].splitlines()
 
 
 @pytest.mark.parametrize("program", ["crackle", "crackle_compare"])
@@ -82,6 +88,13 @@ def test_wrong_rows_are_seen():
         assert rows_under("## Options of `crackle`", text.replace(there, instead)) != rows
 
 
+def main():
+    text = README.read_text(encoding="utf-8")
+    for program in ("crackle", "crackle_compare"):
+        begin, end = table_under(f"## Options of `{program}`", text)
+        text = text[:begin] + "\n".join(map(format_row, options_of(program))) + text[end:]
+    README.write_text(text, encoding="utf-8")
+
+
 if __name__ == "__main__":
-    for name in ("crackle", "crackle_compare"):
-        print(f"## Options of `{name}`\n\n{format_table(options_of(name))}\n")
+    main()
