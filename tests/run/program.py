@@ -14,11 +14,18 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-CRACKLE = os.environ.get("CRACKLE", "crackle")
+
+def program_path(variable, otherwise):
+    """A path, from the folder that the tests are started in; they run the program in others. A bare name is PATH's."""
+    path = os.environ.get(variable, otherwise)
+    return os.path.abspath(path) if os.sep in path else path
+
+
+CRACKLE = program_path("CRACKLE", "crackle")
 OUTPUT = "crackle.h5"  # the default of -output
 LONGEST = 120          # seconds
 PROGRAMS = {"crackle": CRACKLE, "crackle_merge": str(Path(CRACKLE).with_name("crackle_merge")),
-            "crackle_compare": os.environ.get("CRACKLE_COMPARE", str(Path(CRACKLE).with_name("crackle_compare")))}
+            "crackle_compare": program_path("CRACKLE_COMPARE", str(Path(CRACKLE).with_name("crackle_compare")))}
 
 
 def environment():

@@ -1,5 +1,4 @@
 """crackle_compare from command line to file, and what postprocess draws of it."""
-import os
 import shlex
 import subprocess
 import sys
@@ -10,11 +9,11 @@ import pytest
 from crackle.figures.comparisons import style_of
 from crackle.files import read_comparison
 from networks import irregular_network
-from program import CRACKLE, break_samples, contents, datasets, environment, execute, succeed
+from program import PROGRAMS, break_samples, contents, datasets, environment, execute, succeed
 from program import run as run_crackle
 
 PROJECT = Path(__file__).resolve().parents[2]
-COMPARE = os.environ.get("CRACKLE_COMPARE", str(Path(CRACKLE).with_name("crackle_compare")))
+COMPARE = PROGRAMS["crackle_compare"]
 EVERY_SOLVER = sorted((PROJECT / "options").glob("solver_*.opts"))
 
 

@@ -4,7 +4,6 @@ exact_breaks.json holds command lines and what an elimination in 80 decimal digi
 until F is below 1e-24 of the intact one.
 """
 import json
-import os
 import shlex
 import subprocess
 import time
@@ -14,10 +13,10 @@ import numpy as np
 import pytest
 from crackle.files import read_comparison
 from networks import BOTTOM, FREE, TOP, NetworkOfFile
-from program import CRACKLE, OUTPUT, assert_same, break_samples, environment, kill, refuse, run, start
+from program import OUTPUT, PROGRAMS, assert_same, break_samples, environment, kill, refuse, run, start
 
 PROJECT = Path(__file__).resolve().parents[2]
-COMPARE = os.environ.get("CRACKLE_COMPARE", str(Path(CRACKLE).with_name("crackle_compare")))
+COMPARE = PROGRAMS["crackle_compare"]
 SCENES = json.loads(Path(__file__).with_name("exact_breaks.json").read_text(encoding="utf-8"))
 OF_FILE = "-lattice file -lattice_file network.h5 -disorder file -model fuse -equilibrium quad"
 
