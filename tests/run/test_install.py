@@ -9,12 +9,15 @@ from pathlib import Path
 
 import pytest
 from program import CRACKLE, environment
+from readme import dead_links
 
 PROJECT = Path(__file__).resolve().parents[2]
 BUILD = Path(CRACKLE).parent
 SHARE, DOCUMENTS = "share/crackle", "share/doc/crackle"
 SCRIPTS = sorted(path.name for path in (PROJECT / "postprocess").glob("*.py") if path.name != "setup.py")
-MAY_BE = ("README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "options/README.md", "postprocess/README.md")
+TEXTS = ("README.md", "LICENSE", "CHANGELOG.md", "options/README.md", "postprocess/README.md", "src/README.md",
+         "tests/README.md")
+MAY_BE = ("CITATION.cff",)
 
 
 def execute(command, folder, **more):
@@ -51,12 +54,17 @@ def test_all_that_is_needed_and_nothing_else(prefix):
         *(f"{SHARE}/postprocess/{name}" for name in SCRIPTS),
         *(f"{SHARE}/postprocess/crackle/{name}"
           for name in below("postprocess/crackle", "**/*.py", "**/*.csv", "**/*.css", "**/*.js")),
+        *(f"{DOCUMENTS}/{name}" for name in TEXTS),
+        *(f"{DOCUMENTS}/postprocess/pictures/{name}" for name in below("postprocess/pictures", "*.png")),
         *(f"{DOCUMENTS}/{name}" for name in MAY_BE if (PROJECT / name).exists())}
     executable = {path.relative_to(prefix).as_posix() for path in prefix.rglob("*")
                   if path.is_file() and path.stat().st_mode & stat.S_IXUSR}
     assert executable == {name for name in files_of(prefix) if name.startswith("bin/") or Path(name).name in SCRIPTS
                           and Path(name).parent.name == "postprocess"}
-    assert {f"{DOCUMENTS}/README.md", f"{DOCUMENTS}/LICENSE"} <= files_of(prefix)
+
+
+def test_links_of_texts_hold(prefix):
+    assert {name: dead_links(prefix / DOCUMENTS / name) for name in TEXTS} == {name: [] for name in TEXTS}
 
 
 def test_nothing_leads_back_to_where_it_was_built(prefix):
