@@ -5,11 +5,8 @@
 ///       -compare options/solver_jacobi.opts,options/solver_circulant.opts -compare_rtol 1e-2,1e-6,1e-12
 
 #include <cstdio>
-#include <exception>
 
 #include "crackle/base/interrupt.hpp"
-#include "crackle/base/option_files.hpp"
-#include "crackle/base/petsc_handle.hpp"
 #include "crackle/base/program.hpp"
 #include "crackle/compare/compare_file.hpp"
 #include "crackle/compare/compare_run.hpp"
@@ -57,21 +54,9 @@ void compare_strategies() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return crackle::run_program("crackle_compare", [&] {
-    if (crackle::wants_version(argc, argv)) {
-      std::printf("%s", crackle::version_text("crackle_compare").c_str());
-      return 0;
-    }
-    crackle::unify_help(argc, argv);
-    crackle::check_options(argc, argv);
-    crackle::use_options(crackle::compare_options());
-    const std::string help = crackle::format_help();
-    const crackle::petsc::Session session(argc, argv, help.c_str());
-    try {
-      compare_strategies();
-      return 0;
-    } catch (const std::exception& error) {
-      return session.first() ? crackle::complain("crackle_compare", crackle::with_place(error)) : 1;
-    }
+  crackle::use_options(crackle::compare_options());
+  return crackle::run_solver_program("crackle_compare", argc, argv, crackle::format_help, [] {
+    compare_strategies();
+    return 0;
   });
 }

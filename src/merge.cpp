@@ -3,7 +3,6 @@
 ///   crackle_merge part_*.h5 -output whole.h5
 
 #include <cstdio>
-#include <exception>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,24 +52,20 @@ Request read_request(std::span<char*> words) {
   return request;
 }
 
+void merge(const Request& request) {
+  crackle::ignore_file_size_limit();
+  const std::size_t samples = crackle::merge_runs(request.runs, request.output, request.overwrite);
+  crackle::tell_what_stays("crackle_merge", request.output);
+  std::printf("written: %s, %zu samples\n", request.output.c_str(), samples);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  return crackle::run_program("crackle_merge", [&] {
-    if (crackle::wants_version(argc, argv)) {
-      std::printf("%s", crackle::version_text("crackle_merge").c_str());
-      return 0;
-    }
-    crackle::unify_help(argc, argv);
-    crackle::ignore_file_size_limit();
+  return crackle::run_program("crackle_merge", argc, argv, [&] {
     const Request request = read_request({argv, static_cast<std::size_t>(argc)});
-    if (request.help) {
-      std::fputs(kHelp, stdout);
-      return 0;
-    }
-    const std::size_t samples = crackle::merge_runs(request.runs, request.output, request.overwrite);
-    crackle::tell_what_stays("crackle_merge", request.output);
-    std::printf("written: %s, %zu samples\n", request.output.c_str(), samples);
+    if (request.help) std::fputs(kHelp, stdout);
+    if (!request.help) merge(request);
     return 0;
   });
 }

@@ -12,7 +12,9 @@
 
 #include "crackle/base/durable_file.hpp"
 #include "crackle/base/error.hpp"
+#include "crackle/base/option_files.hpp"
 #include "crackle/base/output_lock.hpp"
+#include "crackle/base/petsc_handle.hpp"
 #include "crackle/base/version.hpp"
 
 namespace crackle {
@@ -29,6 +31,28 @@ std::string dotted(std::initializer_list<int> numbers) {
   return text;
 }
 
+/// Whether a word of the command line asks for it.
+bool wants_version(int argc, char** argv) {
+  constexpr std::array kWords = {"-version", "--version", "-V"};
+  return std::any_of(argv + 1, argv + argc, [&](const char* word) { return is_among(word, kWords); });
+}
+
+/// PETSc knows -help.
+void unify_help(int argc, char** argv) {
+  static std::array<char, 6> help{"-help"};
+  constexpr std::array kWords = {"-h", "--help"};
+  for (int i = 1; i < argc; ++i) {
+    if (is_among(argv[i], kWords)) argv[i] = help.data();
+  }
+}
+
+/// Returns 1.
+int complain(const std::string& program, const std::exception& error) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), one_line(explain(error)).c_str());
+  return 1;
+}
+
 }  // namespace
 
 std::string version_text(const std::string& program) {
@@ -40,23 +64,34 @@ std::string version_text(const std::string& program) {
          "\nGNU General Public License, version 3 or later\n";
 }
 
-bool wants_version(int argc, char** argv) {
-  constexpr std::array kWords = {"-version", "--version", "-V"};
-  return std::any_of(argv + 1, argv + argc, [&](const char* word) { return is_among(word, kWords); });
-}
-
-void unify_help(int argc, char** argv) {
-  static std::array<char, 6> help{"-help"};
-  constexpr std::array kWords = {"-h", "--help"};
-  for (int i = 1; i < argc; ++i) {
-    if (is_among(argv[i], kWords)) argv[i] = help.data();
+int run_program(const std::string& program, int argc, char** argv, const std::function<int()>& work) {
+  int status = 0;
+  try {
+    if (wants_version(argc, argv)) {
+      std::printf("%s", version_text(program).c_str());
+    } else {
+      unify_help(argc, argv);
+      status = work();
+    }
+  } catch (const std::exception& error) {
+    return complain(program, error);
   }
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  return complain(program, WriteError("standard output", "not all of it has arrived"));
 }
 
-int complain(const std::string& program, const std::exception& error) {
-  std::fflush(stdout);
-  std::fprintf(stderr, "%s: %s\n", program.c_str(), one_line(explain(error)).c_str());
-  return 1;
+int run_solver_program(const std::string& program, int argc, char** argv,
+                       const std::function<std::string()>& help, const std::function<int()>& work) {
+  return run_program(program, argc, argv, [&] {
+    check_options(argc, argv);
+    const std::string text = help();
+    const petsc::Session session(argc, argv, text.c_str());
+    try {
+      return work();
+    } catch (const std::exception& error) {
+      return session.first() ? complain(program, with_place(error)) : 1;
+    }
+  });
 }
 
 void tell_what_stays(const std::string& program, const std::string& output) {
@@ -65,17 +100,6 @@ void tell_what_stays(const std::string& program, const std::string& output) {
   if (stranger.empty()) return;
   const std::string text = shard_folder(place) + " stays: " + stranger + " in it is of no run";
   std::fprintf(stderr, "%s: %s\n", program.c_str(), one_line(text).c_str());
-}
-
-int run_program(const std::string& program, const std::function<int()>& work) {
-  int status = 0;
-  try {
-    status = work();
-  } catch (const std::exception& error) {
-    return complain(program, error);
-  }
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
-  return complain(program, WriteError("standard output", "not all of it has arrived"));
 }
 
 }  // namespace crackle
