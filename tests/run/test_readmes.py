@@ -4,7 +4,8 @@ import sys
 import pytest
 from readme import PROJECT, blocks, dead_links, make_project, run_block
 
-READMES = ["README.md", "CHANGELOG.md", *(f"{folder}/README.md" for folder in ("options", "postprocess", "src", "tests"))]
+FOLDERS = ("options", "postprocess", "src", "tests")
+READMES = ["README.md", "CHANGELOG.md", *(f"{folder}/README.md" for folder in FOLDERS)]
 
 
 @pytest.mark.parametrize("name", READMES)
@@ -15,7 +16,8 @@ def test_links_lead_somewhere(name):
 def test_dead_links_are_found(tmp_path):
     (tmp_path / "there.md").write_text("# A heading, of `code`\n```\n# none\n```\n")
     page = tmp_path / "page.md"
-    page.write_text("[1](there.md) ![2](there.md#a-heading-of-code) [3](https://x.org/y)\n[4](gone.md) [5](there.md#none)\n"
+    page.write_text("[1](there.md) ![2](there.md#a-heading-of-code) [3](https://x.org/y)\n"
+                    "[4](gone.md) [5](there.md#none)\n"
                     "# Own\n[6](#own) [7](#other)\n")
     assert dead_links(page) == ["gone.md", "there.md#none", "#other"]
 
