@@ -38,7 +38,7 @@ VALUES = [
     ("-equilibrium", ["banana", "ksp,dense"], "ksp"),
     ("-equilibrium_tree_kernels", ["sse9", "PLAIN", "plain,avx2", "0"], "plain (what this processor has)"),
     ("-resume", ["perhaps"], "true or false"),
-    ("-record", ["bond", "none,breaks", "breaks;profile", ","], "breaks, profile, snapshot, network"),
+    ("-record", ["bond", "none,breaks", "breaks;profile", ","], "none, or any of breaks, profile, snapshot"),
     ("-record snapshot -record_snapshot_at", ["0", "-1", "x", "1,x", "1.5", "1,,2"], "from 1"),
     ("-record profile -record_profile_height", ["0", "-1", "x", "inf", "nan"], "above 0"),
     ("-monitor", ["loud", "0"], "none"),
