@@ -1,5 +1,7 @@
 #include "crackle/equilibrium/criterion.hpp"
 
+#include <cassert>
+
 namespace crackle {
 
 namespace {
@@ -26,6 +28,8 @@ double fill_ratios(const Network& network, std::span<const double> threshold, st
 
 bool scan_ratios(const Network& network, std::span<const double> threshold, std::span<const double> u,
                  BreakOn break_on, std::span<double> ratio, Critical& next) {
+  assert(threshold.size() == network.lattice.bond.size() && ratio.size() == threshold.size());
+  assert(std::ssize(u) == network.unknowns);
   const bool magnitude = break_on == BreakOn::magnitude;
   const auto fill = network.components == 1 ? (magnitude ? fill_ratios<2, true> : fill_ratios<2, false>)
                                             : (magnitude ? fill_ratios<4, true> : fill_ratios<4, false>);

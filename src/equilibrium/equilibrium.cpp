@@ -1,6 +1,7 @@
 #include "crackle/equilibrium/equilibrium.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -50,6 +51,8 @@ void Equilibrium::scale_thresholds(std::span<const double> threshold) {
 }
 
 void Equilibrium::reset(std::span<const double> threshold) {
+  assert(threshold.size() == threshold_.size());
+  assert(std::ranges::all_of(threshold, [](double t) { return t >= 0; }));
   std::ranges::fill(broken_, std::uint8_t{0});
   scale_thresholds(threshold);
   intact_stiffness_ = 0;
@@ -61,6 +64,7 @@ void Equilibrium::reset(std::span<const double> threshold) {
 }
 
 void Equilibrium::remove(BondId bond) {
+  assert(bond >= 0 && bond < network_.bonds() && broken_[bond] == 0);
   broken_[bond] = 1;
   threshold_[bond] = kNever;
   ++counts_.breaks;
@@ -87,6 +91,7 @@ void Equilibrium::resume(std::span<const double> threshold, std::span<const Bond
                          double intact_stiffness) {
   reset(threshold);
   for (const BondId e : bonds) {
+    assert(broken_[e] == 0);
     broken_[e] = 1;
     threshold_[e] = kNever;
   }

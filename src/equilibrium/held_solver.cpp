@@ -1,6 +1,7 @@
 #include "crackle/equilibrium/held_solver.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 
@@ -100,6 +101,7 @@ HeldSolver::Outcome HeldSolver::solve_by(HeldFactor& own, std::span<const std::u
 }
 
 HeldSolver::Outcome HeldSolver::solve(std::span<const std::uint8_t> broken, double none, HeldFactor* own) {
+  assert(broken.size() == gone_.size());
   if (own != nullptr) {
     const Outcome outcome = solve_by(*own, broken, none);
     if (outcome != Outcome::vague) return outcome;
@@ -242,6 +244,7 @@ void HeldSolver::note_forces(std::span<const std::uint8_t> broken) {
 }
 
 void HeldSolver::get_displacements(std::span<double> u) const {
+  assert(u.size() == high_.size() && stiffness_ > 0);
   std::ranges::transform(high_, u.begin(), [this](double x) { return x / stiffness_; });
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -75,7 +76,9 @@ void QuadSolver::reset() {
 }
 
 void QuadSolver::remove(BondId bond) {
-  if (std::exchange(broken_[bond], std::uint8_t{1}) != 0 || stale_ || !network_.can_stretch(bond)) return;
+  assert(broken_[bond] == 0);
+  broken_[bond] = 1;
+  if (stale_ || !network_.can_stretch(bond)) return;
   const PhaseScope scope(times_, Phase::downdate);
   std::ranges::fill(r_, Quad(0));
   int begin = factor_.size();
@@ -91,6 +94,7 @@ void QuadSolver::remove(BondId bond) {
 }
 
 void QuadSolver::get_displacements(std::span<double> u) const {
+  assert(u.size() == u_.size());
   for (std::size_t i = 0; i < u.size(); ++i) u[i] = static_cast<double>(u_[order_.row[i]]);
 }
 

@@ -1,6 +1,7 @@
 #include "crackle/equilibrium/referee.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -26,6 +27,9 @@ Referee::Referee(const Network& network, BreakOn break_on, PhaseTimes& times)
 
 void Referee::begin(std::span<const double> threshold, std::span<const BondId> bonds,
                     double intact_stiffness) {
+  assert(threshold.size() == broken_.size());
+  assert((intact_stiffness > 0 || bonds.empty()) &&
+         "F of the intact network is known once a bond has broken");
   threshold_ = threshold;
   removed_.assign(bonds.begin(), bonds.end());
   std::ranges::fill(broken_, std::uint8_t{0});
@@ -36,6 +40,7 @@ void Referee::begin(std::span<const double> threshold, std::span<const BondId> b
 }
 
 void Referee::remove(BondId bond) {
+  assert(broken_[bond] == 0);
   broken_[bond] = 1;
   removed_.push_back(bond);
   if (in_quad_) quad_->remove(bond);

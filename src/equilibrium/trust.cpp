@@ -1,6 +1,7 @@
 #include "crackle/equilibrium/trust.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -54,6 +55,7 @@ bool may_hide_one(const Network& network, std::span<const double> threshold, std
 }
 
 bool is_left_open(const SolvedState& state, double norm, bool iterates) {
+  assert(std::ssize(state.u) == state.network.unknowns);
   const Critical& next = state.next;
   const double amplified =
       kForcePerResidual * std::sqrt(std::max(1.0, state.intact_stiffness / next.stiffness));

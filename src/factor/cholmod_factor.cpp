@@ -1,6 +1,7 @@
 #include "crackle/factor/cholmod_factor.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <iterator>
 #include <numeric>
@@ -262,6 +263,7 @@ void CholmodFactor::fill_change(std::span<const RankOne> w) {
 
 /// The columns from each w's first row up to the roots of the elimination tree, each once.
 void CholmodFactor::collect_path(std::span<const RankOne> w) {
+  assert(std::ranges::count(on_path_, 0) == std::ssize(on_path_));
   path_.clear();
   path_pivot_.clear();
   const auto* start = static_cast<const int*>(change_->p);
@@ -299,6 +301,7 @@ void CholmodFactor::back_substitute(std::span<double> x) {
 }
 
 void CholmodFactor::run_solve(int system, std::span<const double> b, std::span<double> x) {
+  assert(b.size() == order_.size() && x.size() == order_.size());
   auto* load = static_cast<double*>(load_->x);
   const std::size_t n = b.size();
   for (std::size_t i = 0; i < n; ++i) load[position_[i]] = b[i];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -80,6 +81,7 @@ template <class Real>
 template <class Real>
 [[nodiscard]] bool find_largest_ratio(std::span<const Real> force, std::span<const double> threshold,
                                       BreakOn break_on, Critical& next) {
+  assert(force.size() == threshold.size());
   Real largest = 0;
   for (std::size_t e = 0; e < force.size(); ++e) {
     largest = std::max(largest, break_ratio(force[e], threshold[e], break_on));

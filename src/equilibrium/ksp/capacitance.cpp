@@ -1,5 +1,6 @@
 #include "crackle/equilibrium/ksp/capacitance.hpp"
 
+#include <cassert>
 #include <cmath>
 #include <numeric>
 
@@ -11,6 +12,7 @@ void Capacitance::clear() {
 }
 
 double Capacitance::grow(std::span<const double> row, double diagonal) {
+  assert(std::ssize(row) == size_);
   new_row_.assign(row.begin(), row.end());
   forward(new_row_);
   const double slack = std::inner_product(

@@ -1,6 +1,7 @@
 #include "crackle/equilibrium/tree/tree_bonds.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -44,6 +45,7 @@ TreeBonds make_tree_bonds(const Network& network, const SeparatorTree& tree) {
 
 void find_path(const SeparatorTree& tree, const TreeBonds& bonds, std::span<const BondId> chosen,
                std::vector<std::uint8_t>& on_path, std::vector<FrontId>& path) {
+  assert(std::ranges::count(on_path, 0) == tree.fronts());
   path.clear();
   for (const BondId e : chosen) {
     for (FrontId f = bonds.owner[e]; f >= 0 && on_path[f] == 0; f = tree.front[f].parent) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 
 namespace crackle {
 
@@ -41,6 +42,7 @@ int TreeColumns::add(std::span<const BondId> chosen) {
   const int room = kMost - size();
   const int taken = std::min(room, static_cast<int>(chosen.size()));
   sorted_.assign(chosen.begin(), chosen.begin() + taken);
+  assert(std::ranges::find_first_of(sorted_, bond_) == sorted_.end());
   // Neighbours in the tree share a panel, and so their paths.
   std::ranges::sort(sorted_, [&](BondId a, BondId b) {
     return bonds_.owner[a] != bonds_.owner[b] ? bonds_.owner[a] < bonds_.owner[b] : a < b;
@@ -158,6 +160,7 @@ void TreeColumns::spread(std::span<const int> columns, const double* coefficient
 
 void TreeColumns::combine(std::span<const int> columns, const double* coefficient, double* x,
                           std::vector<FrontId>& fronts) {
+  assert(std::ranges::all_of(columns, [this](int c) { return c >= 0 && c < size() && bond_[c] >= 0; }));
   spread(columns, coefficient);
   std::uint32_t used = 0;
   for (int p = 0; p < panels_; ++p) {

@@ -3,11 +3,22 @@
 #include <cblas.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <set>
 
 #include "crackle/equilibrium/tree/tree_multifrontal.hpp"
 
 namespace crackle {
+
+namespace {
+
+/// No bond is there twice.
+[[maybe_unused]] bool has_no_twins(std::span<const BondId> bonds) {
+  return std::set(bonds.begin(), bonds.end()).size() == bonds.size();
+}
+
+}  // namespace
 
 TreeFactor::TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const TreeKernels& kernels,
                        bool keep_intact, TreeScratch& scratch)
@@ -116,6 +127,7 @@ void TreeFactor::substitute_back(std::span<double> x) const {
 }
 
 double TreeFactor::downdate(std::span<const BondId> bonds) {
+  assert(has_no_twins(bonds));
   double smallest = 1;
   held_slack_ = 1;
   for (std::size_t done = 0; done < bonds.size(); done += kLanes) {
@@ -130,6 +142,7 @@ double TreeFactor::downdate_lanes(std::span<const BondId> bonds) {
   double* const rows = loan.data();
   sorted_.assign(bonds.begin(), bonds.end());
   std::ranges::sort(sorted_, {}, [&](BondId e) { return bonds_.owner[e]; });
+  assert(sorted_.empty() || bonds_.owner[sorted_.front()] >= 0);
   for (std::size_t j = 0; j < sorted_.size(); ++j) {
     for (int i = 0; i < bonds_.width; ++i) {
       rows[static_cast<std::size_t>(bonds_.rows(sorted_[j])[i]) * kLanes + j] += bonds_.values(sorted_[j])[i];

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -31,6 +32,7 @@ TreeSearch::TreeSearch(const Network& network, const SeparatorTree& tree, const 
 }
 
 void TreeSearch::set_thresholds(std::span<const double> threshold) {
+  assert(threshold.size() == bonds_.place.size());
   threshold_.assign(threshold.begin(), threshold.end());
   for (std::size_t i = 0; i < limit_.size(); ++i) {
     const BondId e = bonds_.by_owner[i];
@@ -39,12 +41,15 @@ void TreeSearch::set_thresholds(std::span<const double> threshold) {
 }
 
 void TreeSearch::set_broken(BondId e) {
+  assert(std::isfinite(threshold_[e]) && bonds_.place[e] >= 0);
   threshold_[e] = std::numeric_limits<double>::infinity();
   limit_[bonds_.place[e]] = threshold_[e];
 }
 
 void TreeSearch::run(std::span<const std::vector<FrontId>> fronts, const double* cut,
                      std::vector<BondId>& candidates) {
+  assert(fronts.size() <= kMostGroups && !x_[fronts.size() - 1].empty());
+  assert(std::ranges::all_of(fronts, [](const auto& each) { return std::ranges::is_sorted(each); }));
   candidates.clear();
   std::array<std::size_t, kMostGroups> left{};
   for (std::size_t g = 0; g < fronts.size(); ++g) left[g] = fronts[g].size();

@@ -29,7 +29,10 @@ class Given final : public Equilibrium {
   std::vector<BondId> removed;
 
  private:
-  State search(Critical& next) override { return scan(u_, next); }
+  State search(Critical& next) override {
+    (void)has_failed(1 / u_.back());  // notes F of the intact network
+    return scan(u_, next);
+  }
   bool iterates() const override { return iterating; }
   bool renew() override {
     ++renewals;
