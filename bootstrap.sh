@@ -45,7 +45,7 @@ setup() {
 
 demo() {
   setup
-  build/release/crackle -options_file options/paper_spring.opts -lattice_size 64 -samples 20 -overwrite
+  build/release/crackle -options_file options/paper/spring.opts -lattice_size 64 -samples 20 -overwrite
   /usr/bin/python3 postprocess/sample.py crackle.h5 -o crackle.png
 }
 

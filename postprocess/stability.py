@@ -3,7 +3,7 @@
 
     stability.py [SCENE.opts ...] [-c CRACKLE_COMPARE] [-s SOLVER.opts,...] [-o FOLDER]
 
-Without scenes: the project's options/extreme_*.opts, which takes some ten minutes. Leaves a comparison file for each
+Without scenes: the project's options/extreme/*.opts, which takes some ten minutes. Leaves a comparison file for each
 scene, stability.csv with a line for each scene and strategy, and the table of the README in stability.md. A scene that
 names its strategies (-compare) is run with those.
 """
@@ -23,7 +23,7 @@ PROGRAMS = [folder / "crackle_compare" for folder in (ABOVE / "build/release", A
 
 def main():
     options = ABOVE / "options"
-    solvers = ",".join(str(options / f"solver_{strategy}.opts") for strategy in STRATEGIES)
+    solvers = ",".join(str(options / f"solver/{strategy}.opts") for strategy in STRATEGIES)
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", nargs="*", type=Path)
     parser.add_argument("-c", "--compare", help="the program; default: the one built or installed with this script",
@@ -31,7 +31,7 @@ def main():
     parser.add_argument("-s", "--solvers", default=solvers)
     parser.add_argument("-o", "--output", default="stability", type=Path, help="folder for what it leaves")
     arguments = parser.parse_args()
-    scenes = arguments.scenes or sorted(options.glob("extreme_*.opts"))
+    scenes = arguments.scenes or sorted(options.glob("extreme/*.opts"))
     try:
         rows = run_scenes(arguments.compare, scenes, arguments.solvers, arguments.output)
     except (ValueError, OSError) as error:

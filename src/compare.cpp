@@ -1,8 +1,8 @@
 /// Compares solvers on one and the same breaking network: error against run time.
 ///
-///   crackle_compare -lattice_size 32 -compare options/solver_tree.opts,options/solver_mumps.opts
-///   crackle_compare -options_file options/paper_fuse.opts -lattice_size 64 -compare_every 50
-///       -compare options/solver_jacobi.opts,options/solver_circulant.opts -compare_rtol 1e-2,1e-6,1e-12
+///   crackle_compare -lattice_size 32 -compare options/solver/tree.opts,options/solver/mumps.opts
+///   crackle_compare -options_file options/paper/fuse.opts -lattice_size 64 -compare_every 50
+///       -compare options/solver/jacobi.opts,options/solver/circulant.opts -compare_rtol 1e-2,1e-6,1e-12
 
 #include <cstdio>
 

@@ -1,9 +1,9 @@
 /// Breaks disordered lattices bond by bond:
 ///
-///   crackle -options_file options/paper_spring.opts -lattice_size 64 -samples 20
+///   crackle -options_file options/paper/spring.opts -lattice_size 64 -samples 20
 ///   mpirun -n 16 crackle -lattice_size 8,16,32 -samples 4000,2000,500 -output paper.h5
 ///   crackle -lattice file -lattice_file network.h5 -disorder file
-///   crackle -options_file options/solver_mumps.opts -lattice_size 32 -log_view
+///   crackle -options_file options/solver/mumps.opts -lattice_size 32 -log_view
 
 #include <chrono>
 #include <deque>

@@ -21,7 +21,7 @@ using allow::words;
 
 constexpr std::array kOptions = {
     Option{"-compare", "", text("files of solver options, with commas between"),
-           "the strategies (options/solver_*.opts)", false},
+           "the strategies (options/solver/*.opts)", false},
     Option{"-compare_rtol", "", text("numbers between 0 and 1, with commas between"),
            "tolerances to run each iteration with", false},
     Option{"-compare_every", "10", integer(1), "measure at every so many breaks", false},

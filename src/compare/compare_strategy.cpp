@@ -19,7 +19,7 @@ using petsc::check;
 std::map<std::string, std::string> read_options(const std::string& file) {
   if (!std::ifstream(file) || std::filesystem::is_directory(file)) {
     throw InputError("-compare", file,
-                     "files of solver options, with commas between (options/solver_*.opts)");
+                     "files of solver options, with commas between (options/solver/*.opts)");
   }
   (void)options_in_file(file);
   PetscOptions database = nullptr;
@@ -48,8 +48,7 @@ bool iterates(const std::map<std::string, std::string>& options) {
 }
 
 std::string short_name(const std::string& file) {
-  const std::string stem = std::filesystem::path(file).stem().string();
-  return stem.starts_with("solver_") ? stem.substr(7) : stem;
+  return std::filesystem::path(file).stem().string();
 }
 
 }  // namespace

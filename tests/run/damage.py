@@ -280,7 +280,7 @@ def kinds():
     """Of every file that crackle writes: how to make one, and every way of using it."""
     merge, read = "crackle_merge run.h5 -output merged.h5", Use("read", reader=read_run)
     resume = Use("resume", f"{RUN} -samples 3 -resume", "run.h5", but=TIMED)
-    compare = (f"crackle_compare -lattice_size 4 -compare {OPTIONS}/solver_tree.opts,{OPTIONS}/solver_dense.opts "
+    compare = (f"crackle_compare -lattice_size 4 -compare {OPTIONS}/solver/tree.opts,{OPTIONS}/solver/dense.opts "
                "-compare_repetitions 1 -monitor none -output compare.h5")
     return [
         Kind("network", "network.h5", [Use("break", f"{FROM_FILE} -output run.h5", "run.h5", but=TIMED)],

@@ -19,7 +19,7 @@ PAGE = 4       # KiB: what a tmpfs hands out at a time
 ROOM = 65536   # KiB: what everything fits in
 LONGEST = 30   # seconds
 NAMES = 1000   # files and folders: more than anything here makes
-SOLVERS = ",".join(str(Path(__file__).resolve().parents[2] / "options" / f"solver_{name}.opts")
+SOLVERS = ",".join(str(Path(__file__).resolve().parents[2] / "options" / f"solver/{name}.opts")
                    for name in ("tree", "updown"))
 
 

@@ -14,11 +14,11 @@ from program import run as run_crackle
 
 PROJECT = Path(__file__).resolve().parents[2]
 COMPARE = PROGRAMS["crackle_compare"]
-EVERY_SOLVER = sorted((PROJECT / "options").glob("solver_*.opts"))
+EVERY_SOLVER = sorted((PROJECT / "options").glob("solver/*.opts"))
 
 
 def solvers(*names):
-    return ",".join(str(PROJECT / "options" / f"solver_{name}.opts") for name in names)
+    return ",".join(str(PROJECT / "options" / f"solver/{name}.opts") for name in names)
 
 
 def run(folder, line):
@@ -123,11 +123,11 @@ def test_several_processes_are_refused(tmp_path):
 
 
 def test_every_extreme_scene_is_right_or_told_by_tree_and_updown(tmp_path):
-    for scene in sorted((PROJECT / "options").glob("extreme_*.opts")):
-        if scene.stem == "extreme_downdates":
+    for scene in sorted((PROJECT / "options").glob("extreme/*.opts")):
+        if scene.stem == "downdates":
             continue  # minutes long: postprocess/stability.py
         line = f"-options_file {scene} -compare {solvers('tree', 'updown')} -compare_repetitions 1 -compare_every 25"
-        small = "" if scene.stem == "extreme_dilution" else "-lattice_size 8"
+        small = "" if scene.stem == "dilution" else "-lattice_size 8"
         comparison, _ = compare(tmp_path, f"{line} {small} -overwrite")
         for strategy in comparison.strategies:
             assert strategy.first_difference == 0, (scene.stem, strategy.name)
@@ -184,7 +184,7 @@ def test_network_from_a_file_is_drawn_too(tmp_path):
 
 
 def test_every_solver_has_a_look_of_its_own():
-    families = [path.stem.removeprefix("solver_") for path in (PROJECT / "options").glob("solver_*.opts")]
+    families = [path.stem for path in (PROJECT / "options").glob("solver/*.opts")]
     assert len({tuple(style_of(name).values()) for name in ["any other", *families]}) == len(families) + 1 > 15
 
 
@@ -196,7 +196,7 @@ def test_other_files_are_refused_in_a_line(tmp_path):
 
 
 def test_stability_table_has_a_cell_for_each_strategy(tmp_path):
-    scene = tmp_path / "extreme_small.opts"
+    scene = tmp_path / "small.opts"
     scene.write_text("-lattice_size 5\n-stiffness inclusion\n-stiffness_contrast 1e12\n")
     result = postprocess("stability.py", scene, "-c", COMPARE, "-s", solvers("tree", "updown", "jacobi"),
                          "-o", tmp_path / "out")

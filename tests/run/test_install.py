@@ -122,7 +122,7 @@ def test_the_scripts_are_those_of_the_installation(tmp_path, prefix):
 
 
 def test_stability_finds_program_and_solvers(tmp_path, prefix):
-    scene = tmp_path / "extreme_small.opts"
+    scene = tmp_path / "small.opts"
     scene.write_text("-lattice_size 3\n-model fuse\n", encoding="utf-8")
     result = execute([sys.executable, prefix / SHARE / "postprocess/stability.py", scene, "-o", "out"], tmp_path)
     assert result.returncode == 0, result.stderr

@@ -73,7 +73,7 @@ def test_stiff_links_at_the_plate(tmp_path):
 
 
 def test_comparing_finds_forces_right_where_stiffnesses_span_twelve_decades(tmp_path):
-    line = (f"-options_file {PROJECT}/options/extreme_inclusion_1e12.opts -compare {PROJECT}/options/solver_quad.opts "
+    line = (f"-options_file {PROJECT}/options/extreme/inclusion_1e12.opts -compare {PROJECT}/options/solver/quad.opts "
             "-compare_repetitions 1 -monitor none -output compare.h5")
     done = subprocess.run([COMPARE, *shlex.split(line)], cwd=tmp_path, env=environment(), text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)

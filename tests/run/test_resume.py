@@ -160,7 +160,7 @@ def test_kill_leaves_no_half_written_file_behind_for_good(tmp_path):
 
 @pytest.mark.parametrize("line", [f"crackle {SCENE} -samples 2 -overwrite", f"crackle {SCENE} -samples 4 -resume",
                                   f"crackle_merge begun.h5 -output {OUTPUT} -overwrite",
-                                  f"crackle_compare {SCENE} -compare {PROJECT}/options/solver_dense.opts -compare_repetitions 1 "
+                                  f"crackle_compare {SCENE} -compare {PROJECT}/options/solver/dense.opts -compare_repetitions 1 "
                                   f"-monitor none -output {OUTPUT} -overwrite"])
 def test_what_no_run_has_made_stays_in_the_folder_of_shards(tmp_path, line):
     """Notes, folders and files named by no number are neither read nor removed; that is said in a line."""

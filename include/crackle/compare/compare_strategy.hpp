@@ -10,7 +10,7 @@
 namespace crackle {
 
 struct StrategyChoice {
-  std::string name;                            ///< "jacobi 1e-4" of options/solver_jacobi.opts
+  std::string name;                            ///< "jacobi 1e-4" of options/solver/jacobi.opts
   std::string file;                            ///< where its options stand
   std::string rtol;                            ///< -ksp_rtol as typed; empty: the file's, or the default
   std::map<std::string, std::string> options;  ///< -name to value, rtol included

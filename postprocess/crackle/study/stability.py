@@ -48,7 +48,7 @@ def judge(comparison, strategy):
     if doubtful:
         said = f"doubtful breaks: {int(get('doubtful'))}" + (f"; {said}" if said else "")
     return dict(zip(COLUMNS, (
-        Path(comparison.path).stem.removeprefix("extreme_"), strategy.name, int(get("n_f")), wrong, doubtful,
+        Path(comparison.path).stem, strategy.name, int(get("n_f")), wrong, doubtful,
         int(get("refactors")), largest(strategy.series["backward_error"]), largest(strategy.series["residual"]),
         largest(strategy.series["force_error"]), outcome, said)))
 

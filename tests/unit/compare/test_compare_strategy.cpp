@@ -37,7 +37,7 @@ std::vector<std::string> names_of(const std::vector<StrategyChoice>& choices) {
 TEST(CompareStrategy, ReadsWhatAFileGives) {
   SolverFiles files;
   const std::vector<std::string> paths{
-      files.write("solver_some.opts",
+      files.write("some.opts",
                   "# a comment\n-pc_type cholesky\n\n-shift -1e-8 # below 0\n"
                   "-ksp_initial_guess_nonzero\n-words \"two words\"\n"),
       files.write("mine.txt", "-equilibrium tree\n")};
@@ -55,9 +55,9 @@ TEST(CompareStrategy, ReadsWhatAFileGives) {
 TEST(CompareStrategy, OnlyIterationsTakeTolerances) {
   SolverFiles files;
   const std::vector<std::string> paths{
-      files.write("solver_cg.opts", "-ksp_type cg\n-ksp_rtol 1e-3\n"),
-      files.write("solver_direct.opts", "-ksp_type preonly\n-pc_type updown\n"),
-      files.write("solver_tree.opts", "-equilibrium tree\n")};
+      files.write("cg.opts", "-ksp_type cg\n-ksp_rtol 1e-3\n"),
+      files.write("direct.opts", "-ksp_type preonly\n-pc_type updown\n"),
+      files.write("tree.opts", "-equilibrium tree\n")};
   const std::vector<std::string> tolerances{"1e-2", "1.0e-12"};
   const std::vector<StrategyChoice> choices = choose_strategies(paths, tolerances);
   ASSERT_EQ(names_of(choices), (std::vector<std::string>{"cg 1e-2", "cg 1.0e-12", "direct", "tree"}));
@@ -78,7 +78,7 @@ TEST(CompareStrategy, RefusesFilesThatCanNotBeRead) {
   for (const std::string& name : {files.path("nowhere.opts"), files.path("folder")}) {
     test::expect_refused([&] { (void)choose_strategies(std::vector{name}, {}); }, {"-compare", name});
   }
-  const std::string file = files.write("solver_bad.opts", "-ksp_type cg\npc_type jacobi\n");
+  const std::string file = files.write("bad.opts", "-ksp_type cg\npc_type jacobi\n");
   test::expect_refused([&] { (void)choose_strategies(std::vector{file}, {}); }, {file, "line 2"});
 }
 

@@ -1,4 +1,4 @@
-/// The strategies: one table. A new one is a folder beside `tree`, a row in strategies.cpp, and a file in options/.
+/// The strategies: one table. A new one is a folder beside `tree`, a row in strategies.cpp, and a file in options/solver/.
 #pragma once
 
 #include <memory>
