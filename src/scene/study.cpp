@@ -49,6 +49,7 @@ std::unique_ptr<Equilibrium> make_first(const std::vector<Run>& runs, std::vecto
 
 std::vector<std::unique_ptr<RunFile>> open_files(const std::deque<Study>& studies) {
   std::vector<std::unique_ptr<RunFile>> files;
+  files.reserve(studies.size());
   for (const Study& study : studies)
     files.push_back(std::make_unique<RunFile>(study.scene.output, study.header));
   return files;

@@ -20,6 +20,7 @@ template <class Table>
 template <class Table>
 [[nodiscard]] std::vector<std::string> names_of(const Table& table) {
   std::vector<std::string> names;
+  names.reserve(std::size(table));
   for (const auto& row : table) names.emplace_back(row.name);
   return names;
 }

@@ -14,6 +14,9 @@ struct Choice {
   const char* name;
   Value value;
 };
+/// clang 16, which lints, doesn't deduce it from the members.
+template <class Value>
+Choice(const char*, Value) -> Choice<Value>;
 
 inline constexpr std::array kModels = {Choice{"spring", Model::spring}, Choice{"fuse", Model::fuse}};
 inline constexpr std::array kGrips = {Choice{"sliding", Grips::sliding}, Choice{"clamped", Grips::clamped}};
