@@ -33,7 +33,7 @@ class Given final : public Equilibrium {
     (void)has_failed(1 / u_.back());  // notes F of the intact network
     return scan(u_, next);
   }
-  bool iterates() const override { return iterating; }
+  [[nodiscard]] bool iterates() const override { return iterating; }
   bool renew() override {
     ++renewals;
     if (u_after_renewal != 0) u_[0] = u_after_renewal;

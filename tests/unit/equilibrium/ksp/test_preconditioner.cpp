@@ -2,6 +2,7 @@
 
 #include "crackle/equilibrium/ksp/equilibrium_ksp.hpp"
 #include "crackle/equilibrium/ksp/pc_shell.hpp"
+#include "crackle/equilibrium/ksp/preconditioner_kind.hpp"
 #include "crackle/equilibrium/strategies/strategies.hpp"
 #include "support/break_record.hpp"
 #include "support/expect_refused.hpp"
@@ -162,6 +163,34 @@ TEST(Preconditioner, CirculantRefusesANetworkThatDoesNotRepeat) {
   const Network network = test::chain(4);
   PhaseTimes times;
   test::expect_refused([&] { (void)make_equilibrium_ksp(network, {}, times); }, {"-pc_type", "circulant"});
+}
+
+/// Types that are not ours do nothing about a break, whatever they are.
+TEST(Preconditioner, EveryTypeOfOursHasARowAndAllOthersShareOne) {
+  struct Row {
+    const char* type;
+    bool is_ours, follows;
+  };
+  const PreconditionerKind* others = nullptr;
+  for (const Row row : {Row{"updown", true, true}, Row{"woodbury", true, true}, Row{"circulant", true, false},
+                        Row{PCJACOBI, false, false}, Row{PCCHOLESKY, false, false}}) {
+    petsc::KspHandle ksp;
+    PC pc = nullptr;
+    petsc::check(KSPCreate(PETSC_COMM_SELF, ksp.out()));
+    petsc::check(KSPGetPC(ksp, &pc));
+    petsc::check(PCSetType(pc, row.type));
+    const PreconditionerKind& kind = kind_of(pc);
+    EXPECT_EQ(kind.is_ours, row.is_ours) << row.type;
+    EXPECT_EQ(kind.follows, row.follows) << row.type;
+    if (row.is_ours) {
+      EXPECT_TRUE(kind.is(pc)) << row.type;
+      continue;
+    }
+    if (others == nullptr) others = &kind;
+    EXPECT_EQ(&kind, others) << row.type;
+    EXPECT_EQ(kind.remove(pc, {}), 1) << row.type;
+    EXPECT_TRUE(kind.renew(pc)) << row.type;
+  }
 }
 
 }  // namespace
