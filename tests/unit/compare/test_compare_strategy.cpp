@@ -54,10 +54,9 @@ TEST(CompareStrategy, ReadsWhatAFileGives) {
 
 TEST(CompareStrategy, OnlyIterationsTakeTolerances) {
   SolverFiles files;
-  const std::vector<std::string> paths{
-      files.write("cg.opts", "-ksp_type cg\n-ksp_rtol 1e-3\n"),
-      files.write("direct.opts", "-ksp_type preonly\n-pc_type updown\n"),
-      files.write("tree.opts", "-equilibrium tree\n")};
+  const std::vector<std::string> paths{files.write("cg.opts", "-ksp_type cg\n-ksp_rtol 1e-3\n"),
+                                       files.write("direct.opts", "-ksp_type preonly\n-pc_type updown\n"),
+                                       files.write("tree.opts", "-equilibrium tree\n")};
   const std::vector<std::string> tolerances{"1e-2", "1.0e-12"};
   const std::vector<StrategyChoice> choices = choose_strategies(paths, tolerances);
   ASSERT_EQ(names_of(choices), (std::vector<std::string>{"cg 1e-2", "cg 1.0e-12", "direct", "tree"}));
