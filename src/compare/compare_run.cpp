@@ -264,7 +264,8 @@ ReferenceRun run_reference(const CompareScene& scene, const CompareOptions& opti
   }
   if (run.load.empty() && run.failed) {
     throw SolverError(
-        "no bond of the intact network carries load and can break; are its grips rigidly joined?");
+        "no bond of the intact network carries load and can break; are its grips rigidly joined, or is it a "
+        "mechanism?");
   }
   run.n_f = std::ssize(run.bond);
   run.seconds = seconds_since(start);

@@ -21,9 +21,10 @@ void check_end(State state, const SampleSummary& summary, const Equilibrium& equ
   if (state == State::unsolved) throw SolverError(place + ": " + equilibrium.complaint());
   if ((state == State::failed || state == State::held) && summary.n_f == 0) {
     const std::string doubt = describe_doubt(equilibrium.counts());
-    throw SolverError(
-        place + ": no bond of the intact network carries load and can break; are its grips rigidly joined?" +
-        (doubt.empty() ? "" : " (" + doubt + ")"));
+    throw SolverError(place +
+                      ": no bond of the intact network carries load and can break; are its grips rigidly "
+                      "joined, or is it a mechanism?" +
+                      (doubt.empty() ? "" : " (" + doubt + ")"));
   }
 }
 
