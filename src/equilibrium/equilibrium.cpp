@@ -36,16 +36,14 @@ void Equilibrium::scale_thresholds(std::span<const double> threshold) {
   for (const double t : threshold) largest = t < kNever ? std::max(largest, t) : largest;
   scale_ = largest > 0 ? std::ilogb(largest) : 0;
   if (std::abs(scale_) < kMostExponent) scale_ = 0;
+  const double small = kSlightThreshold * std::ldexp(largest, -scale_);
+  slight_.clear();
   for (BondId e = 0; e < network_.bonds(); ++e) {
     if (!network_.can_stretch(e)) {
       threshold_[e] = kNever;
     } else {
       threshold_[e] = (scale_ == 0 ? threshold[e] : std::ldexp(threshold[e], -scale_)) + 0.0;
     }
-  }
-  const double small = kSlightThreshold * std::ldexp(largest, -scale_);
-  slight_.clear();
-  for (BondId e = 0; e < network_.bonds(); ++e) {
     if (threshold_[e] < small) slight_.push_back(e);
   }
 }

@@ -256,15 +256,6 @@ bool HeldSolver::is_free(std::span<const double> motion) const {
   return most <= kFreeStretch * largest_of(motion);
 }
 
-double HeldSolver::energy(std::span<const double> motion) const {
-  double sum = 0;
-  for (BondId e = 0; e < network_.bonds(); ++e) {
-    const double stretch = network_.can_stretch(e) ? elongation(network_, e, motion) : 0;
-    sum += network_.stiffness[e] * stretch * stretch;
-  }
-  return sum;
-}
-
 NodeId HeldSolver::node_of(Dof dof) const {
   const auto slot = std::ranges::find(network_.dof, dof) - network_.dof.begin();
   return static_cast<NodeId>(slot / network_.components);
@@ -310,7 +301,7 @@ SoftSpot HeldSolver::find_soft_spot(double least) {
     step_[small[i]] = 1;
     factor_->back_substitute(step_);
     if (is_free(step_)) continue;
-    const double pivot = energy(step_) / diagonal[small[i]];
+    const double pivot = energy_of(none, step_) / diagonal[small[i]];
     if (!spot.found || pivot < spot.pivot) spot = {true, node_of(small[i]), pivot};
   }
   spot.found = true;

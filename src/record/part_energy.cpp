@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "crackle/fracture/peak.hpp"
 #include "crackle/record/part.hpp"
 #include "crackle/record/rows.hpp"

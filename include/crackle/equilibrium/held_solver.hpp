@@ -91,7 +91,6 @@ class HeldSolver {
   void take_forces(std::span<const std::uint8_t> broken, double error, double terms);
   void note_forces(std::span<const std::uint8_t> broken);
   [[nodiscard]] bool is_free(std::span<const double> motion) const;
-  [[nodiscard]] double energy(std::span<const double> motion) const;
   [[nodiscard]] NodeId node_of(Dof dof) const;
   [[nodiscard]] SoftSpot find_slight_direction() const;
 
