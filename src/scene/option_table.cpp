@@ -128,6 +128,11 @@ constexpr std::array kOptions = {
            "of -equilibrium_check: largest backward error that is believed", false},
     Option{"-equilibrium_tree_kernels", "auto", words(kernels, "as the processor has them"),
            "instruction set of tree's inner loops (auto: the fastest); decides last bits of loads", true},
+    Option{"-equilibrium_tree_precision", "single", words(words_of<kPrecisions>),
+           "of tree's search for the bond that breaks next (single: what it leaves open, double decides); "
+           "loads are those of "
+           "double, it decides their last bits",
+           true},
     Option{"-equilibrium_tree_verify", "false", flag(),
            "compare every break of tree with a full solve by a fresh factor (slow)", false},
     Option{"-equilibrium_tree_view", "false", flag(), "what tree did, after the summary", false},

@@ -1,4 +1,4 @@
-/// Vectors of doubles that start on a cache line, the large ones in large pages where the system has them.
+/// Vectors of numbers that start on a cache line, the large ones in large pages where the system has them.
 #pragma once
 
 #include <sys/mman.h>
@@ -44,5 +44,6 @@ struct AlignedAllocator {
 };
 
 using AlignedVector = std::vector<double, AlignedAllocator<double>>;
+using SingleVector = std::vector<float, AlignedAllocator<float>>;
 
 }  // namespace crackle

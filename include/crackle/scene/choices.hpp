@@ -5,6 +5,7 @@
 
 #include "crackle/ensemble/ensemble.hpp"
 #include "crackle/equilibrium/equilibrium.hpp"
+#include "crackle/equilibrium/tree/tree_search.hpp"
 #include "crackle/network/network.hpp"
 
 namespace crackle {
@@ -22,6 +23,8 @@ inline constexpr std::array kModels = {Choice{"spring", Model::spring}, Choice{"
 inline constexpr std::array kGrips = {Choice{"sliding", Grips::sliding}, Choice{"clamped", Grips::clamped}};
 inline constexpr std::array kBreakOns = {Choice{"magnitude", BreakOn::magnitude},
                                          Choice{"tension", BreakOn::tension}};
+inline constexpr std::array kPrecisions = {Choice{"single", Precision::single},
+                                           Choice{"double", Precision::all_double}};
 inline constexpr std::array kMonitors = {Choice{"auto", Monitor::automatic}, Choice{"none", Monitor::none}};
 
 }  // namespace crackle

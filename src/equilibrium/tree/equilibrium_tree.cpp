@@ -43,7 +43,7 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
         kernels_(tree.kernels != nullptr ? *tree.kernels : *tree_kernels().front()),
         scratch_(static_cast<std::size_t>(tree_.positions()) * kLanes),
         factor_(tree_, bonds_, kernels_, options.many_samples && tree_.factor_entries <= kMostKept, scratch_),
-        batch_(network, tree_, bonds_, factor_, kernels_, options.break_on, scratch_, times),
+        batch_(network, tree_, bonds_, factor_, kernels_, options.break_on, tree.precision, scratch_, times),
         displacement_(network.unknowns),
         residual_(network.unknowns) {
     if (tree.verify) checker_ = std::make_unique<TreeFactor>(tree_, bonds_, kernels_, false, scratch_);
@@ -76,7 +76,8 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
 
  protected:
   [[nodiscard]] std::span<const double> do_displacements() override {
-    batch_.search().copy_state(shown_, displacement_);
+    // the factor is the network's own once it has taken everything in
+    if (!batch_.copy_state(shown_, displacement_)) factor_.solve_plate(displacement_);
     return displacement_;
   }
 
@@ -92,7 +93,7 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
     if (state_ == State::carrying) {
       const VerifiedBreak& found = batch_.verified()[head_];
       shown_ = static_cast<int>(head_);
-      next = {found.bond, 1 / found.ratio, 1 / batch_.search().plate(shown_)};
+      next = {found.bond, 1 / found.ratio, 1 / batch_.plate(shown_)};
     }
     if (checker_) check(next);
     return state_;
@@ -220,7 +221,7 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
   bool trusted() {
     const PhaseScope scope(times_, Phase::search);
     unchecked_ = 0;
-    batch_.search().copy_state(0, displacement_);
+    (void)batch_.copy_state(0, displacement_);  // the pass has just been made
     const double error = backward_error(network_, broken(), displacement_, residual_);
     counts_.largest_residual = std::max(counts_.largest_residual, error);
     return error <= kLargestError;
@@ -286,6 +287,12 @@ std::string describe(const TreeCounts& counts) {
               per(batch.candidates, batch.passes)) +
          line("  a break: %.1f fronts visited, %.0f entries read, %.0f updated\n", per(batch.fronts, breaks),
               per(batch.entries, breaks), per(counts.entries_downdated, breaks)) +
+         line(
+             "  passes in single precision %lld, of which undecided %lld; contenders %lld; error at most "
+             "%.2g of its "
+             "bound\n",
+             static_cast<long long>(batch.single), static_cast<long long>(batch.undecided),
+             static_cast<long long>(batch.contenders), batch.used_margin) +
          line("  downdates %lld, refactors %lld, checked %lld, differences %lld\n",
               static_cast<long long>(counts.downdates), static_cast<long long>(counts.refactors),
               static_cast<long long>(counts.checked), static_cast<long long>(counts.differences));

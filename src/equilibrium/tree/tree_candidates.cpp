@@ -40,6 +40,15 @@ void TreeCandidates::fill_ratios(const Prediction& prediction) {
   }
 }
 
+void TreeCandidates::find_contenders(int state, double ratio, std::vector<BondId>& contenders) const {
+  contenders.clear();
+  for (std::size_t i = 0; i < bond_.size(); ++i) {
+    // not a number: it may
+    if (!(ratio_[i * stride_ + state] + search_.margin(bond_[i], state) < ratio))
+      contenders.push_back(bond_[i]);
+  }
+}
+
 VerifiedBreak TreeCandidates::largest(int state) const {
   VerifiedBreak found;
   for (std::size_t i = 0; i < bond_.size(); ++i) {

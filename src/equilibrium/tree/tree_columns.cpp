@@ -13,6 +13,7 @@ TreeColumns::TreeColumns(const SeparatorTree& tree, const TreeBonds& bonds, cons
       bonds_(bonds),
       factor_(factor),
       kernels_(kernels),
+      column_of_(bonds.place.size(), -1),
       panel_(kMost / kLanes),
       gram_(static_cast<std::size_t>(kMost) * kMost),
       scratch_(scratch),
@@ -34,6 +35,9 @@ void TreeColumns::clear() {
       panels_at_[f] = 0;
     }
   }
+  for (const BondId e : bond_) {
+    if (e >= 0) column_of_[e] = -1;
+  }
   panels_ = 0;
   bond_.clear();
 }
@@ -49,6 +53,7 @@ int TreeColumns::add(std::span<const BondId> chosen) {
   });
   for (int done = 0; done < taken; done += kLanes) {
     const int count = std::min(kLanes, taken - done);
+    for (int i = 0; i < count; ++i) column_of_[sorted_[done + i]] = size() + i;
     bond_.insert(bond_.end(), sorted_.begin() + done, sorted_.begin() + done + count);
     bond_.resize(static_cast<std::size_t>(panels_ + 1) * kLanes, -1);
     solve(panel_[panels_], std::span(sorted_).subspan(done, count));
@@ -158,16 +163,14 @@ void TreeColumns::spread(std::span<const int> columns, const double* coefficient
   used_start_[panels_] = used;
 }
 
-void TreeColumns::combine(std::span<const int> columns, const double* coefficient, double* x,
-                          std::vector<FrontId>& fronts) {
-  assert(std::ranges::all_of(columns, [this](int c) { return c >= 0 && c < size() && bond_[c] >= 0; }));
-  spread(columns, coefficient);
+/// act(front, part, parts) for every front, ascending, that columns of the combination reach, and the plate's.
+template <class Act>
+void TreeColumns::for_each_front(Act act) {
   std::uint32_t used = 0;
   for (int p = 0; p < panels_; ++p) {
     if (used_start_[p] < used_start_[p + 1]) used |= std::uint32_t{1} << p;
   }
   const FrontId plate = tree_.fronts() - 1;
-  fronts.clear();
   std::array<PanelPart, kMost / kLanes> part;
   for (FrontId f = 0; f <= plate; ++f) {
     std::uint32_t panels = panels_at_[f] & used;
@@ -185,13 +188,53 @@ void TreeColumns::combine(std::span<const int> columns, const double* coefficien
                        used_lane_.data() + first, spread_.data() + static_cast<std::size_t>(first) * kLanes,
                        last - first};
     }
-    if (parts == 0 && f < plate) continue;
-    fronts.push_back(f);
-    kernels_.combine(part.data(), parts, factor_.inverse_pivots(f), tree_.front[f].pivots,
-                     x + static_cast<std::size_t>(tree_.front[f].first) * kLanes);
+    if (parts > 0 || f == plate) act(f, part.data(), parts);
   }
+}
+
+void TreeColumns::combine(std::span<const int> columns, const double* coefficient, double* x,
+                          std::vector<FrontId>& fronts) {
+  assert(std::ranges::all_of(columns, [this](int c) { return c >= 0 && c < size() && bond_[c] >= 0; }));
+  spread(columns, coefficient);
+  fronts.clear();
+  for_each_front([&](FrontId f, const PanelPart* part, int parts) {
+    fronts.push_back(f);
+    kernels_.combine(part, parts, factor_.inverse_pivots(f), tree_.front[f].pivots,
+                     x + static_cast<std::size_t>(tree_.front[f].first) * kLanes);
+  });
+  const FrontId plate = tree_.fronts() - 1;
   double* load = x + static_cast<std::size_t>(tree_.front[plate].first) * kLanes;
   for (int lane = 0; lane < kLanes; ++lane) load[lane] += *factor_.inverse_pivots(plate);
+}
+
+void TreeColumns::combine_one(std::span<const int> columns, const double* coefficient,
+                              std::span<double> x) const {
+  std::ranges::fill(x, 0.0);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const Panel& panel = panel_[columns[i] / kLanes];
+    for (const FrontId f : panel.path) {
+      const double* rows = panel.rows.data() + static_cast<std::size_t>(panel.place[f].offset) * kLanes;
+      double* own = x.data() + tree_.front[f].first;
+      for (int k = 0; k < tree_.front[f].pivots; ++k)
+        own[k] += rows[k * kLanes + columns[i] % kLanes] * coefficient[i * kLanes];
+    }
+  }
+  x.back() += 1;
+  for (FrontId f = 0; f < tree_.fronts(); ++f) {
+    double* own = x.data() + tree_.front[f].first;
+    for (int k = 0; k < tree_.front[f].pivots; ++k) own[k] *= factor_.inverse_pivots(f)[k];
+  }
+}
+
+void TreeColumns::combine_single(std::span<const int> columns, const double* coefficient, float* x, int lanes,
+                                 std::vector<FrontId>& fronts) {
+  spread(columns, coefficient);
+  fronts.clear();
+  for_each_front([&](FrontId f, const PanelPart* part, int parts) {
+    fronts.push_back(f);
+    kernels_.combine_single(part, parts, factor_.inverse_pivots(f), tree_.front[f].pivots,
+                            x + static_cast<std::size_t>(tree_.front[f].first) * lanes, lanes);
+  });
 }
 
 }  // namespace crackle

@@ -29,6 +29,7 @@ TreeFactor::TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const 
       entries_(tree.block_entries),
       diagonal_(tree.positions()),
       inverse_(tree.positions()),
+      changed_at_(tree.fronts(), 0),
       on_path_(tree.fronts(), 0),
       scratch_(scratch),
       slack_(kLanes) {
@@ -41,7 +42,12 @@ TreeFactor::TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const 
 
 void TreeFactor::factorize(std::span<const std::uint8_t> broken) {
   ++factorizations_;
+  note_change_of_all();
   pivots_ = factorize_tree(tree_, bonds_, broken, {entries_, diagonal_, inverse_});
+}
+
+void TreeFactor::note_change_of_all() {
+  std::ranges::fill(changed_at_, ++changes_);
 }
 
 /// copy(column, saved, rows) for every column from its diagonal down, and where it is kept in
@@ -70,6 +76,7 @@ void TreeFactor::restore() {
     intact_pivots_ = pivots_;
     return;
   }
+  note_change_of_all();
   for_each_column([](double* column, const double* saved, int rows) { std::copy_n(saved, rows, column); });
   std::ranges::copy(intact_diagonal_, diagonal_.begin());
   std::ranges::copy(intact_inverse_, inverse_.begin());
@@ -108,7 +115,6 @@ void TreeFactor::solve_held(std::span<const double> load, std::span<double> x) c
   for (Position at = 0; at < tree_.positions(); ++at) x[tree_.dof[at]] = y[at];
 }
 
-/// x, by positions, becomes L^-T x.
 void TreeFactor::substitute_back(std::span<double> x) const {
   std::vector<double> boundary;
   for (FrontId f = tree_.fronts() - 2; f >= 0; --f) {
@@ -150,7 +156,9 @@ double TreeFactor::downdate_lanes(std::span<const BondId> bonds) {
   }
   std::ranges::fill(slack_, 1.0);
   find_path(tree_, bonds_, sorted_, on_path_, path_);
+  ++changes_;
   for (const FrontId f : path_) {
+    changed_at_[f] = changes_;
     // all that is left is the plate
     if (f + 1 == tree_.fronts()) held_slack_ = std::min(held_slack_, *std::ranges::min_element(slack_));
     downdate_front(f, rows);

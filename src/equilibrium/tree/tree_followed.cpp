@@ -65,6 +65,19 @@ void TreeFollowed::take_ranked(Ranking ranked, std::size_t begin, std::size_t en
   }
 }
 
+void TreeFollowed::choose_also(std::span<const BondId> bonds, Ranking ranked, const CertainState& last) {
+  list_.clear();
+  for (const BondId e : bonds) take(e);
+  // Most likely the first of them is what breaks next: the panel is as well filled with those near it.
+  for (const BondId e : bonds) take_near(e, search_.ratio(e, last.state) * search_.threshold(e), last);
+  const std::size_t panel = kLanes;
+  while (list_.size() > std::max(panel, bonds.size())) {
+    in_set_[list_.back()] = 0;
+    list_.pop_back();
+  }
+  fill_panel(ranked, 0);
+}
+
 void TreeFollowed::take(BondId e) {
   if (in_set_[e] != 0 || static_cast<int>(list_.size()) + columns_.size() >= TreeColumns::kMost) return;
   in_set_[e] = 1;

@@ -6,6 +6,7 @@
 /// linker might keep those.
 #pragma once
 
+#include "tree_kernels_single.hpp"
 #include "tree_kernels_solve.hpp"
 
 namespace crackle {
@@ -13,6 +14,7 @@ namespace crackle {
 template <class Isa>
 struct KernelBody : SolveBody<Isa> {
   using Base = SolveBody<Isa>;
+  using Narrow = SingleBody<Isa>;
   using Base::at;
   using Base::kChunk;
   using Base::kRows;
@@ -213,8 +215,23 @@ struct KernelBody : SolveBody<Isa> {
   }
 
   static constexpr TreeKernels table(const char* name) {
-    return {name,   Base::forward, Base::forward_one, Base::backward, gram, Base::combine, add_rows, products,
-            ratios, downdate,      find_any<true>,    find_any<false>};
+    return {.name = name,
+            .forward = Base::forward,
+            .forward_one = Base::forward_one,
+            .backward = Base::backward,
+            .gram = gram,
+            .combine = Base::combine,
+            .add_rows = add_rows,
+            .products = products,
+            .ratios = ratios,
+            .downdate = downdate,
+            .settle = Narrow::settle,
+            .combine_single = Base::combine_single,
+            .backward_single = Narrow::backward_single,
+            .find_single_magnitude = Narrow::template find_single<true>,
+            .find_single_tension = Narrow::template find_single<false>,
+            .find_magnitude = find_any<true>,
+            .find_tension = find_any<false>};
   }
 };
 

@@ -216,28 +216,64 @@ struct SolveBody {
       x[static_cast<std::ptrdiff_t>(front.row[i]) * kLanes] = column[front.pivots + i];
   }
 
+  /// Rows k .. k + R - 1 of the parts' sum, weighted.
   template <int R>
-  static void combine_rows(const PanelPart* part, int parts, const double* weight, int k, double* out) {
+  static void combine_tile(const PanelPart* part, int parts, const double* weight, int k, int lane,
+                           Tile<R>& tile) {
+    tile = {};
+    for (int p = 0; p < parts; ++p) {
+      const double* y = part[p].rows + k * kLanes;
+      for (int c = 0; c < part[p].columns; ++c)
+        tile.subtract(y + part[p].lane[c], kLanes, part[p].coefficient + c * kLanes + lane);
+    }
+    for (int r = 0; r < R; ++r) {
+      tile.sum[r][0] *= -weight[k + r];
+      tile.sum[r][1] *= -weight[k + r];
+    }
+  }
+
+  template <int R>
+  static void combine_rows(const PanelPart* part, int parts, const double* weight, int k, double* out,
+                           int /*lanes*/) {
+    Tile<R> tile;
     for (int lane = 0; lane < kLanes; lane += kChunk) {
-      Tile<R> tile{};
-      for (int p = 0; p < parts; ++p) {
-        const double* y = part[p].rows + k * kLanes;
-        for (int c = 0; c < part[p].columns; ++c)
-          tile.subtract(y + part[p].lane[c], kLanes, part[p].coefficient + c * kLanes + lane);
-      }
-      for (int r = 0; r < R; ++r) {
-        tile.sum[r][0] *= -weight[k + r];
-        tile.sum[r][1] *= -weight[k + r];
-      }
+      combine_tile<R>(part, parts, weight, k, lane, tile);
       tile.store(out + k * kLanes + lane);
     }
   }
 
-  static void combine(const PanelPart* part, int parts, const double* weight, int rows, double* out) {
+  template <int R>
+  static void combine_rows(const PanelPart* part, int parts, const double* weight, int k, float* out,
+                           int lanes) {
+    typedef float Half __attribute__((vector_size(sizeof(Vec) / 2), aligned(4), may_alias));
+    Tile<R> tile;
+    for (int lane = 0; lane < kLanes; lane += kChunk) {
+      combine_tile<R>(part, parts, weight, k, lane, tile);
+      for (int r = 0; r < R; ++r) {
+        for (int v = 0; v < 2; ++v) {
+          *reinterpret_cast<Half*>(out + (k + r) * lanes + lane + v * kVec) =
+              __builtin_convertvector(tile.sum[r][v], Half);
+        }
+      }
+    }
+  }
+
+  template <class Real>
+  static void combine_all(const PanelPart* part, int parts, const double* weight, int rows, Real* out,
+                          int lanes) {
     int k = 0;
-    for (; k + kRows <= rows; k += kRows) combine_rows<kRows>(part, parts, weight, k, out);
-    for (; k + 2 <= rows; k += 2) combine_rows<2>(part, parts, weight, k, out);
-    if (k < rows) combine_rows<1>(part, parts, weight, k, out);
+    for (; k + kRows <= rows; k += kRows) combine_rows<kRows>(part, parts, weight, k, out, lanes);
+    for (; k + 2 <= rows; k += 2) combine_rows<2>(part, parts, weight, k, out, lanes);
+    if (k < rows) combine_rows<1>(part, parts, weight, k, out, lanes);
+  }
+
+  static void combine(const PanelPart* part, int parts, const double* weight, int rows, double* out) {
+    combine_all(part, parts, weight, rows, out, kLanes);
+  }
+
+  static void combine_single(const PanelPart* part, int parts, const double* weight, int rows, float* out,
+                             int lanes) {
+    combine_all(part, parts, weight, rows, out, lanes);
   }
 };
 

@@ -16,8 +16,9 @@ TreePredictor::TreePredictor(const Network& network, const TreeKernels& kernels,
       per_stretch_(TreeColumns::kMost),
       ratio_(TreeColumns::kMost) {}
 
-void TreePredictor::clear() {
+void TreePredictor::clear(double plate) {
   waiting_ = 0;
+  certain_plate_ = plate;
   followed_ = 0;
 }
 
@@ -59,19 +60,37 @@ bool TreePredictor::commit(const TreeColumns& columns, int column) {
   slack_[waiting_] = 1 - own[column];
   if (!(slack_[waiting_] >= kLeastPredictedSlack)) return false;
   factor_[waiting_] = certain_[column] / slack_[waiting_];
+  certain_plate_ += factor_[waiting_] * certain_[column];
   for (int c = 0; c < followed_; ++c) certain_[c] += factor_[waiting_] * own[c];
   ++waiting_;
   return true;
 }
 
-/// The bond that would break: the largest ratio, the lowest BondId among equals; -1: none carries anything.
+/// The bond that would break: the largest ratio, the lowest BondId among those that tie; -1: none carries anything.
 int TreePredictor::largest(const TreeColumns& columns, double& ratio) {
   ratio = kernels_.products(per_stretch_.data(), stretch_.data(), columns.size(), magnitude_, ratio_.data());
   int best = -1;
+  const double tied = least_tied(ratio);
   for (int i = 0; ratio > 0 && i < columns.size(); ++i) {
-    if (ratio_[i] == ratio && (best < 0 || columns.bond(i) < columns.bond(best))) best = i;
+    if (ratio_[i] >= tied && (best < 0 || columns.bond(i) < columns.bond(best))) best = i;
   }
   return best;
+}
+
+double TreePredictor::stretch(const TreeColumns& columns, int column, const Prediction& prediction,
+                              int state) {
+  const double* gram = columns.gram(column);
+  double sum = columns.stretch(column);
+  for (int i = 0; i < prediction.waiting + state; ++i)
+    sum += gram[prediction.column[i]] * prediction.stretch(i, state);
+  return sum;
+}
+
+double TreePredictor::ratio(const TreeColumns& columns, int column, const Prediction& prediction, int state,
+                            double threshold) const {
+  const double stretch = TreePredictor::stretch(columns, column, prediction, state);
+  const double size = magnitude_ ? std::abs(stretch) : std::max(stretch, 0.0);
+  return std::sqrt(network_.stiffness[columns.bond(column)]) / threshold * size;
 }
 
 void TreePredictor::predict(const TreeColumns& columns, std::span<const double> threshold, int most,
@@ -85,7 +104,9 @@ void TreePredictor::predict(const TreeColumns& columns, std::span<const double> 
   for (int i = 0; i < waiting_; ++i) per_stretch_[column_[i]] = 0;
   for (auto& group : prediction.coefficient) group.fill(0);
   prediction.waiting = waiting_;
+  prediction.columns = followed_;
   prediction.states = 0;
+  prediction.plate[0] = certain_plate_;
   for (int i = 0; i < waiting_; ++i) prediction.stretch(i, 0) = stretch_[column_[i]];
   for (int s = 0; s < most; ++s) {
     const int at = waiting_ + s;
@@ -102,6 +123,7 @@ void TreePredictor::predict(const TreeColumns& columns, std::span<const double> 
     slack_[at] = 1 - own[j];
     if (!(slack_[at] >= kLeastPredictedSlack)) break;
     const double factor = stretch_[j] / slack_[at];
+    prediction.plate[s + 1] = prediction.plate[s] + factor * stretch_[j];
     for (int c = 0; c < followed_; ++c) stretch_[c] += factor * own[c];
     per_stretch_[j] = 0;
   }

@@ -17,7 +17,8 @@ namespace crackle {
 struct TreeOptions {
   bool verify = false;  ///< compare every break with a full solve by a fresh factor: slow, for tests
   Dissection dissection = Dissection::automatic;
-  const TreeKernels* kernels = nullptr;  ///< one of tree_kernels(); nullptr: the fastest
+  Precision precision = Precision::single;  ///< of the search; loads, forces and order are those of double
+  const TreeKernels* kernels = nullptr;     ///< one of tree_kernels(); nullptr: the fastest
 };
 
 /// What the strategy did, summed over all samples.

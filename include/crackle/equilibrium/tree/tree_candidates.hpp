@@ -24,12 +24,18 @@ class TreeCandidates {
   /// A new sample: nobody is ranked.
   void reset();
 
+  /// Bonds that are ranked, at most.
+  [[nodiscard]] std::size_t wanted() const { return wanted_; }
+
   /// Where TreeSearch::run lists them; then come fill_ratios, largest, and rank.
   [[nodiscard]] std::vector<BondId>& list() { return bond_; }
 
   /// Ratios of all in all states of the prediction; 0 once a bond is predicted to be broken. Without a prediction every
   /// bond is listed: leaves those that rank() keeps, and all that tie with them.
   void fill_ratios(const Prediction& prediction);
+
+  /// Bonds whose ratio, as far as this pass can tell, may come up to `ratio` in a state.
+  void find_contenders(int state, double ratio, std::vector<BondId>& contenders) const;
 
   /// The largest ratio in a state, and of ties the lowest bond; bond -1, ratio 0: nobody carries anything.
   [[nodiscard]] VerifiedBreak largest(int state) const;

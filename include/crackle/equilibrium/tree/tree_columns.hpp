@@ -18,7 +18,7 @@ namespace crackle {
 
 class TreeColumns {
  public:
-  static constexpr int kMost = 20 * kLanes;  ///< columns there is room for; at most 32 panels
+  static constexpr int kMost = 24 * kLanes;  ///< columns there is room for; at most 32 panels
 
   /// All arguments must outlive this; scratch: see TreeFactor.
   TreeColumns(const SeparatorTree& tree, const TreeBonds& bonds, const TreeFactor& factor,
@@ -38,6 +38,8 @@ class TreeColumns {
   /// Columns, those that fill up panels included.
   [[nodiscard]] int size() const { return static_cast<int>(bond_.size()); }
   [[nodiscard]] BondId bond(int i) const { return bond_[i]; }  ///< -1: fills up a panel
+  /// The column of a bond; -1: it has none.
+  [[nodiscard]] int find(BondId e) const { return column_of_[e]; }
   /// g_i^T K^-1 g_j; row i.
   [[nodiscard]] const double* gram(int i) const { return gram_.data() + static_cast<std::size_t>(i) * kMost; }
   /// g_i . u at unit plate load: exact for the factor's present state.
@@ -48,6 +50,11 @@ class TreeColumns {
   /// the plate's, listed in `fronts` (ascending); it is zero elsewhere.
   void combine(std::span<const int> columns, const double* coefficient, double* x,
                std::vector<FrontId>& fronts);
+  /// The same of one lane: x, [positions].
+  void combine_one(std::span<const int> columns, const double* coefficient, std::span<double> x) const;
+  /// The same without e_plate, in single precision; rows of x are `lanes` apart.
+  void combine_single(std::span<const int> columns, const double* coefficient, float* x, int lanes,
+                      std::vector<FrontId>& fronts);
 
  private:
   /// A front on a panel's path.
@@ -67,12 +74,15 @@ class TreeColumns {
   void solve(Panel& panel, std::span<const BondId> bonds);
   void multiply(int a, int b);
   void spread(std::span<const int> columns, const double* coefficient);
+  template <class Act>
+  void for_each_front(Act act);
 
   const SeparatorTree& tree_;
   const TreeBonds& bonds_;
   const TreeFactor& factor_;
   const TreeKernels& kernels_;
   std::vector<BondId> bond_;
+  std::vector<std::int32_t> column_of_;  // [M] -1: none
   std::vector<Panel> panel_;
   int panels_ = 0;
   std::int64_t fronts_visited_ = 0;

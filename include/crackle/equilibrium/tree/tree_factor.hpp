@@ -50,6 +50,9 @@ class TreeFactor {
   /// x = K^-1 load with the plate held at 0, whatever the load there: also where F is lost. [n] each.
   void solve_held(std::span<const double> load, std::span<double> x) const;
 
+  /// x, by positions, becomes L^-T x.
+  void substitute_back(std::span<double> x) const;
+
   [[nodiscard]] FrontBlock block(FrontId f) const {
     const Front& front = tree_.front[f];
     return {entries_.data() + front.block,
@@ -71,6 +74,9 @@ class TreeFactor {
   [[nodiscard]] const double* inverse_pivots(FrontId f) const {
     return inverse_.data() + tree_.front[f].first;
   }
+  /// Numbers the changes of the factor, and the last of them that met a front: what was read of it before, is old.
+  [[nodiscard]] std::int64_t changes() const { return changes_; }
+  [[nodiscard]] std::int64_t changed_at(FrontId f) const { return changed_at_[f]; }
   /// F: the plate's pivot.
   [[nodiscard]] double stiffness() const { return diagonal_.back(); }
   /// Of the last factorization, or of the intact one that restore brought back.
@@ -82,7 +88,7 @@ class TreeFactor {
  private:
   template <class Copy>
   void for_each_column(Copy copy);
-  void substitute_back(std::span<double> x) const;
+  void note_change_of_all();
   double downdate_lanes(std::span<const BondId> bonds);
   void downdate_front(FrontId f, double* rows);
 
@@ -98,6 +104,8 @@ class TreeFactor {
   std::vector<double> intact_inverse_;
   TreePivots pivots_;
   TreePivots intact_pivots_;
+  std::int64_t changes_ = 0;
+  std::vector<std::int64_t> changed_at_;  // [fronts]
   std::int64_t entries_updated_ = 0;
   std::int64_t factorizations_ = 0;
 

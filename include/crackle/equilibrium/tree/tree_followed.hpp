@@ -40,6 +40,9 @@ class TreeFollowed {
   /// The same of bonds near those that are predicted to break.
   void extend(const Prediction& prediction, Ranking ranked, const CertainState& last);
 
+  /// Lists those of `bonds` (kLanes at most) that have no column yet, and fills the panel with what may be needed next.
+  void choose_also(std::span<const BondId> bonds, Ranking ranked, const CertainState& last);
+
   /// What the last call listed, none of which has a column yet.
   [[nodiscard]] std::span<const BondId> list() const { return list_; }
 

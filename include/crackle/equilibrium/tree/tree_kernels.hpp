@@ -13,6 +13,9 @@
 namespace crackle {
 
 inline constexpr int kLanes = 16;  ///< right-hand sides in one pass; a row is two cache lines
+/// States of one pass, in groups of kLanes: a second group finds each front's block still in the cache.
+inline constexpr int kMostGroups = 2;
+inline constexpr int kMostStates = kMostGroups * kLanes;
 
 /// The numeric block of a front: unit lower triangle of p rows, then q boundary rows; zeros pad the columns.
 struct FrontBlock {
@@ -44,6 +47,39 @@ struct BondForce {
   double no_force = 0;
   int width = 0;
   bool magnitude = true;  ///< of the elongation; otherwise compression is no force
+};
+
+/// Products that backward_single sums before it adds them to the whole: a sum's error grows with the longest chain.
+inline constexpr int kSingleSum = 64;
+/// ... and rows that it solves together: their triangle is subtracted product by product.
+inline constexpr int kMostSingleRows = 24;
+
+/// Columns of a block in single precision that lie side by side.
+inline constexpr int kStrip = 8;
+
+/// A front's block in single precision, by strips: kStrip columns (the last strip: what is left, and zeros) from the
+/// strip's first diagonal entry down to `height`, row by row; strip after strip. Above the diagonal: zeros.
+struct SingleBlock {
+  const float* entries = nullptr;
+  const Position* row = nullptr;  ///< [q] positions of the boundary unknowns
+  std::ptrdiff_t height = 0;      ///< p + q, rounded up to a multiple of kStrip
+  int pivots = 0;
+  int boundary = 0;
+
+  /// Where a strip starts among the entries.
+  [[nodiscard]] static constexpr std::ptrdiff_t start(std::ptrdiff_t height, std::ptrdiff_t strip) {
+    return kStrip * strip * height - kStrip * kStrip * (strip * (strip - 1) / 2);
+  }
+};
+
+/// Bonds whose stretches, base + value . x, are looked at together in single precision.
+struct SingleBonds {
+  const Position* row = nullptr;  ///< [bonds * width] as in BondBlock
+  const float* value = nullptr;   ///< [bonds * width] sqrt(k) b
+  const float* base = nullptr;    ///< [bonds] the stretch that x = 0 stands for
+  const float* limit = nullptr;   ///< [bonds] threshold over sqrt(k); infinity: broken
+  int bonds = 0;
+  int width = 0;  ///< 2 or 4
 };
 
 /// One panel's share in a linear combination of columns.
@@ -96,6 +132,26 @@ struct TreeKernels {
   /// entries: those of the front, to be written.
   void (*downdate)(const FrontBlock& front, double* entries, double* diagonal, double* inverse, double* w,
                    int count, double* slack);
+
+  /// `backward` with one right-hand side: pivots and x are rows of one number each. On the way, unless `single` is
+  /// nullptr, the block goes there in single precision (see SingleBlock), and to sum[p], for each column, what is below
+  /// the diagonal, added up without signs. column: workspace [stride].
+  void (*settle)(const FrontBlock& front, double* pivots, const double* x, double* column, float* single,
+                 double* sum);
+
+  /// `combine`, rounded to single precision once summed. Rows of out are `lanes` apart.
+  void (*combine_single)(const PanelPart* part, int parts, const double* weight, int rows, float* out,
+                         int lanes);
+
+  /// `backward` in single precision with 16 or 32 lanes. most[lane] becomes |pivots' row| where that is larger.
+  void (*backward_single)(const SingleBlock& front, float* pivots, const float* x, int lanes, float* most);
+
+  /// Numbers of the bonds with |base + value . x| + margin > limit * cut in any of 16 or 32 lanes (tension: without
+  /// the magnitude). Returns how many. cut: [lanes] > 0; margin: [lanes] >= 0.
+  int (*find_single_magnitude)(const SingleBonds& bonds, const float* x, int lanes, const float* cut,
+                               const float* margin, std::int32_t* found);
+  int (*find_single_tension)(const SingleBonds& bonds, const float* x, int lanes, const float* cut,
+                             const float* margin, std::int32_t* found);
 
   /// Numbers of the bonds with |value . x| > limit * cut in any lane (tension: value . x > ...). Returns how
   /// many. cut: [kLanes] > 0.

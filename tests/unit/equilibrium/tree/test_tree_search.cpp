@@ -117,9 +117,10 @@ class Pass {
         threshold(thresholds(network, 0)),
         columns(solver.tree, solver.bonds, solver.factor, kernels, solver.scratch),
         predictor(network, kernels, break_on),
-        search(network, solver.tree, solver.bonds, solver.factor, kernels, break_on, kMostGroups) {
+        search(network, solver.tree, solver.bonds, solver.factor, kernels, break_on, 0) {
     in_set = some_bonds(network);
     (void)columns.add(in_set);
+    predictor.clear(1 / solver.factor.stiffness());
     search.set_thresholds(threshold);
   }
 
@@ -174,6 +175,7 @@ void expect_dense_states(const Pass& pass, BreakOn break_on) {
     const auto u = test::dense_displacements(network, broken);
     const double size = u.back();
     EXPECT_NEAR(pass.search.plate(s) / size, 1, 1e-10) << s;
+    EXPECT_NEAR(pass.prediction.plate[s] / size, 1, 1e-10) << s;
     std::vector<double> state(network.unknowns);
     pass.search.copy_state(s, state);
     EXPECT_LT(test::relative_difference(state, u), 1e-10) << s;
@@ -250,11 +252,11 @@ TEST(TreePredictor, HasNothingToPredictWhereNothingCanBreak) {
 }
 
 /// Breaks a whole sample batch by batch; the breaks in order.
-std::vector<VerifiedBreak> break_in_batches(Solver& solver, std::vector<double> threshold,
-                                            BatchCounts& counts) {
+std::vector<VerifiedBreak> break_in_batches(Solver& solver, Precision precision,
+                                            std::vector<double> threshold, BatchCounts& counts) {
   PhaseTimes times;
   TreeBatch batch(solver.network, solver.tree, solver.bonds, solver.factor, solver.kernels,
-                  BreakOn::magnitude, solver.scratch, times);
+                  BreakOn::magnitude, precision, solver.scratch, times);
   batch.reset(threshold);
   const double least = kRefereedStiffness * solver.factor.stiffness();
   std::vector<std::uint8_t> broken(solver.network.bonds(), 0);
@@ -280,19 +282,24 @@ std::vector<VerifiedBreak> break_in_batches(Solver& solver, std::vector<double> 
 
 TEST(TreeBatch, VerifiesTheBreaksOfTheDenseSolve) {
   for (const test::NamedNetwork& named : test::triangular_networks(7)) {
-    SCOPED_TRACE(named.name);
     const SampleRecord dense =
         test::break_record(named.network, {.strategy = "dense"}, test::uniform_thresholds(named.network, 1));
-    Solver solver(named.network);
-    BatchCounts counts;
-    const auto breaks = break_in_batches(solver, thresholds(named.network, 1), counts);
-    ASSERT_EQ(breaks.size(), dense.bond.size());
-    for (std::size_t i = 0; i < breaks.size(); ++i) {
-      EXPECT_EQ(breaks[i].bond, dense.bond[i]) << i;
-      EXPECT_NEAR(breaks[i].ratio * dense.load[i], 1, 1e-11 * dense.stiffness[0] / dense.stiffness[i]) << i;
+    for (const Precision precision : {Precision::single, Precision::all_double}) {
+      const bool single = precision == Precision::single;
+      SCOPED_TRACE(named.name + (single ? " single" : " double"));
+      Solver solver(named.network);
+      BatchCounts counts;
+      const auto breaks = break_in_batches(solver, precision, thresholds(named.network, 1), counts);
+      ASSERT_EQ(breaks.size(), dense.bond.size());
+      for (std::size_t i = 0; i < breaks.size(); ++i) {
+        EXPECT_EQ(breaks[i].bond, dense.bond[i]) << i;
+        EXPECT_NEAR(breaks[i].ratio * dense.load[i], 1, 1e-11 * dense.stiffness[0] / dense.stiffness[i]) << i;
+      }
+      EXPECT_EQ(counts.verified, std::ssize(breaks));
+      EXPECT_LT(2 * counts.passes, counts.verified) << "several breaks a pass";
+      EXPECT_EQ(counts.single > 0, single);
+      EXPECT_LT(counts.used_margin, 1);
     }
-    EXPECT_EQ(counts.verified, std::ssize(breaks));
-    EXPECT_LT(2 * counts.passes, counts.verified) << "several breaks a pass";
   }
 }
 
