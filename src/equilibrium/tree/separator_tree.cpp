@@ -16,8 +16,8 @@ constexpr double kWorthwhile = 0.97;
 
 class TreeBuilder {
  public:
-  TreeBuilder(const Network& network, const UnknownGraph& graph, std::vector<Cut> cuts)
-      : network_(network), graph_(graph), cuts_(std::move(cuts)), boundary_(cuts_.size()) {}
+  TreeBuilder(const Network& network, const UnknownGraph& graph, const Elimination& elimination)
+      : network_(network), graph_(graph), elimination_(elimination) {}
 
   SeparatorTree build() {
     order_unknowns();
@@ -25,60 +25,61 @@ class TreeBuilder {
     for (FrontId f = 0; f < tree_.fronts(); ++f) {
       find_boundary(f, marked);
       append_block(f);
-      for (const std::int32_t child : cuts_[f].children) boundary_[child] = {};
     }
     for (FrontId f = 0; f + 1 < tree_.fronts(); ++f) find_parent_rows(f);
     return std::move(tree_);
   }
 
  private:
-  /// Cuts are in postorder already: unknowns follow it, the plate is last.
+  /// Cuts are in postorder already: fronts are numbered like them; the plate is the last one's.
   void order_unknowns() {
-    cuts_.back().separator.push_back(network_.plate);
-    tree_.front.resize(cuts_.size());
+    tree_.dof = elimination_.order;
+    tree_.dof.push_back(network_.plate);
     tree_.position.assign(network_.unknowns, -1);
+    for (Position at = 0; at < tree_.positions(); ++at) tree_.position[tree_.dof[at]] = at;
+    tree_.front.resize(elimination_.cut.size());
+    tree_.owner.reserve(tree_.dof.size());
+    for (FrontId f = 0; f < tree_.fronts(); ++f) tree_.front[f].first_descendant = f;
     for (FrontId f = 0; f < tree_.fronts(); ++f) {
       Front& front = tree_.front[f];
-      front.first = tree_.positions();
-      front.pivots = static_cast<std::int32_t>(cuts_[f].separator.size());
-      front.first_descendant = f;
-      for (const Dof i : cuts_[f].separator) {
-        tree_.position[i] = tree_.positions();
-        tree_.dof.push_back(i);
-        tree_.owner.push_back(f);
-      }
-      for (const std::int32_t child : cuts_[f].children) {
-        tree_.front[child].parent = f;
-        front.first_descendant = std::min(front.first_descendant, tree_.front[child].first_descendant);
-      }
+      front.first = static_cast<Position>(tree_.owner.size());
+      front.pivots = elimination_.cut[f].unknowns + (f + 1 == tree_.fronts() ? 1 : 0);
+      front.parent = elimination_.cut[f].parent;
+      tree_.owner.insert(tree_.owner.end(), front.pivots, f);
+      if (front.parent < 0) continue;
+      FrontId& first = tree_.front[front.parent].first_descendant;
+      first = std::min(first, front.first_descendant);
     }
   }
 
   /// Unknowns outside the subtree that it touches: its separator's neighbours and its children's boundaries.
   void find_boundary(FrontId f, std::vector<FrontId>& marked) {
+    boundary_.clear();
     if (f + 1 == tree_.fronts()) return;
-    const Position past = tree_.front[f].first + tree_.front[f].pivots;
-    std::vector<Position>& found = boundary_[f];
+    const Front& front = tree_.front[f];
+    const Position past = front.first + front.pivots;
     const auto add = [&](Position at) {
       if (at < past || marked[at] == f) return;
       marked[at] = f;
-      found.push_back(at);
+      boundary_.push_back(at);
     };
-    for (const Dof i : cuts_[f].separator) {
+    for (Position own = front.first; own < past; ++own) {
+      const Dof i = tree_.dof[own];
       for (const Dof other : graph_.neighbours(i)) add(tree_.position[other]);
       if (graph_.on_plate[i] != 0) add(tree_.positions() - 1);
     }
-    for (const std::int32_t child : cuts_[f].children) {
-      for (const Position at : boundary_[child]) add(at);
+    for (FrontId child = f - 1; child >= front.first_descendant;
+         child = tree_.front[child].first_descendant - 1) {
+      for (const Position at : tree_.boundary(child)) add(at);
     }
-    std::ranges::sort(found);
+    std::ranges::sort(boundary_);
   }
 
   void append_block(FrontId f) {
     Front& front = tree_.front[f];
     front.rows = tree_.row.size();
-    tree_.row.insert(tree_.row.end(), boundary_[f].begin(), boundary_[f].end());
-    front.boundary = static_cast<std::int32_t>(boundary_[f].size());
+    tree_.row.insert(tree_.row.end(), boundary_.begin(), boundary_.end());
+    front.boundary = static_cast<std::int32_t>(boundary_.size());
     const std::int32_t height = front.pivots + front.boundary;
     front.stride = (height + kRowPadding - 1) / kRowPadding * kRowPadding;
     if (front.stride % kAliasing == 0) front.stride += kRowPadding;
@@ -100,8 +101,8 @@ class TreeBuilder {
 
   const Network& network_;
   const UnknownGraph& graph_;
-  std::vector<Cut> cuts_;
-  std::vector<std::vector<Position>> boundary_;  // [fronts] emptied once the parent has it
+  const Elimination& elimination_;
+  std::vector<Position> boundary_;  // of the front at hand
   SeparatorTree tree_;
 };
 
@@ -113,6 +114,7 @@ SeparatorTree make_separator_tree(const Network& network, Dissection dissection,
     return TreeBuilder(network, graph, dissect(graph, network.idle, how, leaf_unknowns)).build();
   };
   if (dissection != Dissection::automatic) return build(dissection);
+  if (graph.whole) return build(Dissection::coordinates);
   SeparatorTree by_coordinates = build(Dissection::coordinates);
   SeparatorTree by_metis = build(Dissection::metis);
   const double ratio =

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <new>
-#include <numeric>
 #include <stdexcept>
 
 #include "crackle/base/error.hpp"
-#include "crackle/equilibrium/tree/vertex_cover.hpp"
+#include "crackle/equilibrium/tree/cut_patterns.hpp"
+#include "crackle/equilibrium/tree/straight_cuts.hpp"
 
 namespace crackle {
 
@@ -21,133 +20,39 @@ static_assert(sizeof(idx_t) == sizeof(std::int32_t), "METIS with 32-bit indices"
 constexpr std::size_t kMetisPerUnknown = 24;
 constexpr std::size_t kMetisPerNeighbour = 8;
 
-/// Where an unknown falls when its region is cut. METIS's numbers.
-enum class Side : std::uint8_t { first = 0, second = 1, separator = 2 };
+/// Unknowns in the regions that are compared with earlier ones. Larger ones are hardly ever alike.
+constexpr std::size_t kMostRepeated = 4096;
 
 constexpr std::int32_t kOutside = -1;
 
-class Dissector {
+/// The sides of regions by METIS_ComputeVertexSeparator.
+class MetisCuts {
  public:
-  Dissector(const UnknownGraph& graph, Dissection dissection, int leaf_unknowns)
-      : graph_(graph),
-        dissection_(dissection),
-        leaf_(leaf_unknowns),
-        side_(graph.unknowns()),
-        local_(graph.unknowns(), kOutside),
-        number_(graph.unknowns(), kOutside) {}
+  explicit MetisCuts(const UnknownGraph& graph) : graph_(graph), local_(graph.unknowns(), kOutside) {}
 
-  /// Appends the cuts of a region and returns the numbers of its roots.
-  std::vector<std::int32_t> cut(std::vector<Dof> region, bool wrapped) {
-    if (region.empty()) return {};
-    if (region.size() <= static_cast<std::size_t>(leaf_)) return {append(std::move(region), {})};
-    wrapped = split(region, wrapped);
-    std::array<std::vector<Dof>, 3> part;
-    for (const Dof i : region) part[static_cast<std::size_t>(side_[i])].push_back(i);
-    if (part[0].empty() || part[1].empty()) return {append(std::move(region), {})};
-    region = {};
-    std::vector<std::int32_t> roots = cut(std::move(part[0]), wrapped);
-    const std::vector<std::int32_t> others = cut(std::move(part[1]), wrapped);
-    roots.insert(roots.end(), others.begin(), others.end());
-    if (part[2].empty()) return roots;  // the region was in two pieces
-    return {append(std::move(part[2]), std::move(roots))};
-  }
-
-  std::vector<Cut> take() && { return std::move(cuts_); }
-  std::int32_t append(std::vector<Dof> separator, std::vector<std::int32_t> children) {
-    cuts_.push_back({std::move(separator), std::move(children)});
-    return static_cast<std::int32_t>(cuts_.size()) - 1;
+  void cut(std::span<const Dof> region, std::span<Side> side) {
+    find_rows(region);
+    auto size = static_cast<idx_t>(region.size());
+    weight_.assign(region.size(), 1);
+    part_.resize(region.size());
+    std::array<idx_t, METIS_NOPTIONS> options{};
+    METIS_SetDefaultOptions(options.data());
+    options[METIS_OPTION_SEED] = 1;
+    idx_t separator = 0;
+    // METIS ends the process when it finds no memory: of about this much
+    expect_memory(sizeof(idx_t) *
+                  (kMetisPerUnknown * region.size() + kMetisPerNeighbour * neighbour_.size()));
+    if (METIS_ComputeVertexSeparator(&size, start_.data(), neighbour_.data(), weight_.data(), options.data(),
+                                     &separator, part_.data()) != METIS_OK) {
+      throw std::runtime_error("METIS_ComputeVertexSeparator failed");
+    }
+    std::ranges::transform(part_, side.begin(), [](idx_t part) { return static_cast<Side>(part); });
   }
 
  private:
-  /// Fills side_ for the region's unknowns. Returns whether the parts still close on themselves in x.
-  bool split(std::span<const Dof> region, bool wrapped) {
-    mark(region);
-    if (dissection_ == Dissection::coordinates) {
-      wrapped = split_by_coordinates(region, wrapped);
-    } else {
-      split_by_metis(region);
-    }
-    for (const Dof i : region) local_[i] = kOutside;
-    return wrapped;
-  }
-
-  /// Across or along: what leaves the smaller separator. A ring is halved, or opened by two cuts.
-  bool split_by_coordinates(std::span<const Dof> region, bool wrapped) {
-    split_at_median(region, [this](Dof i) { return graph_.position[i].y; });
-    const std::size_t across = thin_separator(region);
-    halves_.clear();
-    for (const Dof i : region) halves_.push_back(side_[i]);
-    if (wrapped) {
-      open_ring(region);
-    } else {
-      split_at_median(region, [this](Dof i) { return graph_.position[i].x; });
-    }
-    if (thin_separator(region) < across && has_two_sides(region)) return false;
-    for (std::size_t i = 0; i < region.size(); ++i) side_[region[i]] = halves_[i];
-    return wrapped;
-  }
-
-  [[nodiscard]] bool has_two_sides(std::span<const Dof> region) const {
-    const auto has = [&](Side side) {
-      return std::ranges::any_of(region, [&](Dof i) { return side_[i] == side; });
-    };
-    return has(Side::first) && has(Side::second);
-  }
-
-  void open_ring(std::span<const Dof> region) {
-    double low = std::numeric_limits<double>::infinity();
-    for (const Dof i : region) low = std::min(low, graph_.position[i].x);
-    const double middle = low + graph_.period_x / 2;
-    for (const Dof i : region) side_[i] = graph_.position[i].x < middle ? Side::first : Side::second;
-  }
-
-  template <class Coordinate>
-  void split_at_median(std::span<const Dof> region, Coordinate coordinate) {
-    value_.clear();
-    for (const Dof i : region) value_.push_back(coordinate(i));
-    const auto middle = value_.begin() + static_cast<std::ptrdiff_t>(value_.size() / 2);
-    std::ranges::nth_element(value_, middle);
-    // Unknowns at the median itself (a row of a lattice) go where they leave the halves more equal.
-    const double median = *middle;
-    const auto below = std::ranges::count_if(value_, [=](double v) { return v < median; });
-    const auto up_to = std::ranges::count_if(value_, [=](double v) { return v <= median; });
-    const auto size = static_cast<std::ptrdiff_t>(region.size());
-    const bool with_median = below == 0 || up_to - size / 2 < size / 2 - below;
-    for (const Dof i : region) {
-      const double v = coordinate(i);
-      side_[i] = v < median || (with_median && v == median) ? Side::first : Side::second;
-    }
-  }
-
-  /// The fewest unknowns that meet every pair coupled across the cut become the separator. Returns how many.
-  std::size_t thin_separator(std::span<const Dof> region) {
-    CoupledPairs pairs;
-    std::vector<Dof> left;
-    std::vector<Dof> right;
-    for (const Dof i : region) {
-      if (side_[i] != Side::first) continue;
-      const std::size_t before = pairs.right.size();
-      for (const Dof j : graph_.neighbours(i)) {
-        if (local_[j] == kOutside || side_[j] != Side::second) continue;
-        if (number_[j] == kOutside) {
-          number_[j] = static_cast<std::int32_t>(right.size());
-          right.push_back(j);
-        }
-        pairs.right.push_back(number_[j]);
-      }
-      if (pairs.right.size() == before) continue;
-      left.push_back(i);
-      pairs.start.push_back(static_cast<std::int32_t>(pairs.right.size()));
-    }
-    pairs.rights = static_cast<std::int32_t>(right.size());
-    for (const Dof j : right) number_[j] = kOutside;
-    const VertexCover cover = least_vertex_cover(pairs);
-    for (const std::int32_t i : cover.left) side_[left[i]] = Side::separator;
-    for (const std::int32_t j : cover.right) side_[right[j]] = Side::separator;
-    return cover.left.size() + cover.right.size();
-  }
-
-  void split_by_metis(std::span<const Dof> region) {
+  /// The region's own graph.
+  void find_rows(std::span<const Dof> region) {
+    for (std::size_t i = 0; i < region.size(); ++i) local_[region[i]] = static_cast<std::int32_t>(i);
     start_.assign(1, 0);
     neighbour_.clear();
     for (const Dof i : region) {
@@ -156,90 +61,139 @@ class Dissector {
       }
       start_.push_back(static_cast<idx_t>(neighbour_.size()));
     }
-    auto size = static_cast<idx_t>(region.size());
-    std::vector<idx_t> weight(region.size(), 1);
-    std::vector<idx_t> part(region.size());
-    std::array<idx_t, METIS_NOPTIONS> options{};
-    METIS_SetDefaultOptions(options.data());
-    options[METIS_OPTION_SEED] = 1;
-    idx_t separator = 0;
-    // METIS ends the process when it finds no memory: of about this much
-    expect_memory(sizeof(idx_t) *
-                  (kMetisPerUnknown * region.size() + kMetisPerNeighbour * neighbour_.size()));
-    if (METIS_ComputeVertexSeparator(&size, start_.data(), neighbour_.data(), weight.data(), options.data(),
-                                     &separator, part.data()) != METIS_OK) {
-      throw std::runtime_error("METIS_ComputeVertexSeparator failed");
-    }
-    for (std::size_t i = 0; i < region.size(); ++i) side_[region[i]] = static_cast<Side>(part[i]);
-  }
-
-  void mark(std::span<const Dof> region) {
-    for (std::size_t i = 0; i < region.size(); ++i) local_[region[i]] = static_cast<std::int32_t>(i);
+    for (const Dof i : region) local_[i] = kOutside;
   }
 
   const UnknownGraph& graph_;
-  Dissection dissection_;
-  int leaf_;
-  std::vector<Cut> cuts_;
-  std::vector<Side> side_;            // [unknowns] of the region being cut
-  std::vector<std::int32_t> local_;   // [unknowns] number within that region, or kOutside
-  std::vector<std::int32_t> number_;  // [unknowns] workspace of thin_separator, kOutside between calls
-  std::vector<Side> halves_;
-  std::vector<double> value_;
+  std::vector<std::int32_t> local_;  // [unknowns] number within the region being cut, or kOutside
   std::vector<idx_t> start_;
   std::vector<idx_t> neighbour_;
+  std::vector<idx_t> weight_;
+  std::vector<idx_t> part_;
+};
+
+class Dissector {
+ public:
+  Dissector(const UnknownGraph& graph, Dissection dissection, int leaf_unknowns)
+      : dissection_(dissection),
+        leaf_(leaf_unknowns),
+        straight_(graph, leaf_unknowns),
+        patterns_(graph, straight_.places()),
+        most_repeated_(graph.lattice && dissection == Dissection::coordinates ? kMostRepeated : 0),
+        metis_(graph) {}
+
+  Elimination run(std::vector<Dof> unknowns, bool wrapped) {
+    order_ = std::move(unknowns);
+    side_.resize(order_.size());
+    waiting_.resize(order_.size());
+    dissect(order_, wrapped, {});
+    append(0, 0);
+    return {std::move(order_), std::move(cuts_)};
+  }
+
+ private:
+  /// Orders a region, whose unknowns ascend; appends its cuts, and the last of them to roots_. `around`: see StraightCuts.
+  void dissect(std::span<Dof> region, bool wrapped, std::vector<Dof> around) {
+    if (region.empty()) return;
+    if (region.size() <= leaf_) return append(region.size(), roots_.size());
+    if (wrapped || region.size() > most_repeated_) return cut(region, wrapped, std::move(around));
+    CutPatterns::Shape shape = patterns_.shape_of(region, around);
+    if (const CutPattern* known = patterns_.find(shape)) return repeat(region, *known);
+    const std::vector<Dof> before(region.begin(), region.end());
+    const auto first = static_cast<std::int32_t>(cuts_.size());
+    cut(region, wrapped, std::move(around));
+    CutPattern pattern;
+    for (const Dof i : region) {
+      pattern.order.push_back(
+          static_cast<std::int32_t>(std::ranges::lower_bound(before, i) - before.begin()));
+    }
+    for (Cut c : std::span(cuts_).subspan(first)) {
+      if (c.parent >= 0) c.parent -= first;
+      pattern.cut.push_back(c);
+    }
+    patterns_.keep(std::move(shape), std::move(pattern));
+  }
+
+  void repeat(std::span<Dof> region, const CutPattern& pattern) {
+    std::ranges::copy(region, waiting_.begin());
+    for (std::size_t k = 0; k < region.size(); ++k) region[k] = waiting_[pattern.order[k]];
+    const auto first = static_cast<std::int32_t>(cuts_.size());
+    for (Cut c : pattern.cut) {
+      if (c.parent >= 0) {
+        c.parent += first;
+      } else {
+        roots_.push_back(static_cast<std::int32_t>(cuts_.size()));
+      }
+      cuts_.push_back(c);
+    }
+  }
+
+  /// First its first side, then its second side, then its separator.
+  void cut(std::span<Dof> region, bool wrapped, std::vector<Dof> around) {
+    const std::size_t roots = roots_.size();
+    std::array<std::size_t, 3> size{};
+    if (!split(region, wrapped, around, size)) return append(region.size(), roots);
+    dissect(region.first(size[0]), wrapped, around);
+    dissect(region.subspan(size[0], size[1]), wrapped, std::move(around));
+    if (size[2] > 0) append(size[2], roots);  // else the region was in two pieces
+  }
+
+  /// False, and nothing is moved, unless there are two sides.
+  bool split(std::span<Dof> region, bool& wrapped, std::vector<Dof>& around,
+             std::array<std::size_t, 3>& size) {
+    const std::span<Side> side = std::span(side_).first(region.size());
+    if (dissection_ == Dissection::coordinates) {
+      if (!straight_.cut(region, wrapped, around, side)) return false;
+    } else {
+      metis_.cut(region, side);
+    }
+    for (const Side s : side) ++size[static_cast<std::size_t>(s)];
+    if (size[0] == 0 || size[1] == 0) return false;
+    std::ranges::copy(region, waiting_.begin());
+    std::array<std::size_t, 3> next = {0, size[0], size[0] + size[1]};
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      region[next[static_cast<std::size_t>(side[i])]++] = waiting_[i];
+    }
+    return true;
+  }
+
+  /// A cut whose children are the roots from number `first` on.
+  void append(std::size_t unknowns, std::size_t first) {
+    const auto number = static_cast<std::int32_t>(cuts_.size());
+    for (std::size_t i = first; i < roots_.size(); ++i) cuts_[roots_[i]].parent = number;
+    roots_.resize(first);
+    roots_.push_back(number);
+    cuts_.push_back({static_cast<std::int32_t>(unknowns), -1});
+  }
+
+  Dissection dissection_;
+  std::size_t leaf_;
+  StraightCuts straight_;
+  CutPatterns patterns_;
+  std::size_t most_repeated_;
+  MetisCuts metis_;
+  std::vector<Dof> order_;
+  std::vector<Side> side_;    // of the region being cut
+  std::vector<Dof> waiting_;  // its unknowns, while they are moved
+  std::vector<Cut> cuts_;
+  std::vector<std::int32_t> roots_;  // cuts that have no parent yet
 };
 
 }  // namespace
 
-UnknownGraph make_unknown_graph(const Network& network) {
-  UnknownGraph graph;
-  const Dof unknowns = network.plate;
-  graph.period_x = network.lattice.period_x;
-  graph.position.resize(unknowns);
-  graph.on_plate.assign(unknowns, 0);
-  for (NodeId node = 0; node < network.lattice.nodes(); ++node) {
-    for (int c = 0; c < network.components; ++c) {
-      const Dof dof = network.dof[static_cast<std::size_t>(node) * network.components + c];
-      if (dof != Network::kFixed && dof != network.plate)
-        graph.position[dof] = network.lattice.position[node];
+Elimination dissect(const UnknownGraph& graph, std::span<const Dof> idle, Dissection dissection,
+                    int leaf_unknowns) {
+  std::vector<Dof> all;
+  all.reserve(graph.unknowns());
+  auto next_idle = idle.begin();
+  for (Dof i = 0; i < graph.unknowns(); ++i) {
+    if (next_idle != idle.end() && *next_idle == i) {
+      ++next_idle;
+    } else {
+      all.push_back(i);
     }
   }
-  std::vector<std::vector<Dof>> touching(unknowns);
-  for (BondId e = 0; e < network.bonds(); ++e) {
-    if (!network.can_stretch(e)) continue;
-    const auto dofs = network.bond_dofs(e);
-    const auto values = network.bond_values(e);
-    for (std::size_t i = 0; i < dofs.size(); ++i) {
-      for (std::size_t j = 0; j < dofs.size(); ++j) {
-        if (values[i] == 0 || values[j] == 0 || dofs[i] == dofs[j] || dofs[i] == network.plate) continue;
-        if (dofs[j] == network.plate) {
-          graph.on_plate[dofs[i]] = 1;
-        } else {
-          touching[dofs[i]].push_back(dofs[j]);
-        }
-      }
-    }
-  }
-  graph.start.assign(1, 0);
-  for (std::vector<Dof>& row : touching) {
-    std::ranges::sort(row);
-    const auto repeated = std::ranges::unique(row);
-    graph.neighbour.insert(graph.neighbour.end(), row.begin(), repeated.begin());
-    graph.start.push_back(static_cast<std::int32_t>(graph.neighbour.size()));
-  }
-  return graph;
-}
-
-std::vector<Cut> dissect(const UnknownGraph& graph, std::span<const Dof> idle, Dissection dissection,
-                         int leaf_unknowns) {
-  Dissector dissector(graph, dissection, leaf_unknowns);
-  std::vector<Dof> all(graph.unknowns());
-  std::iota(all.begin(), all.end(), 0);
-  std::erase_if(all, [&](Dof i) { return std::ranges::binary_search(idle, i); });
-  std::vector<std::int32_t> roots = dissector.cut(std::move(all), graph.period_x > 0);
-  dissector.append({}, std::move(roots));
-  return std::move(dissector).take();
+  return Dissector(graph, dissection, leaf_unknowns).run(std::move(all), graph.wrapped);
 }
 
 }  // namespace crackle

@@ -55,8 +55,8 @@ struct SeparatorTree {
 
 /// How a region is cut in two.
 enum class Dissection : std::uint8_t {
-  automatic,    ///< the other two, and of them the one that fills less
-  coordinates,  ///< across its longer side, at the median; a periodic region around or through the period
+  automatic,    ///< a whole lattice: by coordinates; else the other two, and of them the one that fills less
+  coordinates,  ///< along straight lines near the median, see StraightCuts
   metis,        ///< METIS_ComputeVertexSeparator: any graph
 };
 

@@ -45,6 +45,12 @@ std::vector<test::NamedNetwork> networks() {
       all.push_back({named.name + " " + std::to_string(size), std::move(named.network)});
     }
   }
+  for (const LatticeKind& kind : lattice_kinds()) {
+    for (const int size : {2, 9, 16}) {
+      all.push_back({std::string(kind.name) + " fuses " + std::to_string(size),
+                     make_network(kind.make(size, 1e-3), Model::fuse, Grips::sliding, {})});
+    }
+  }
   all.push_back({"bundle", test::bundle(3)});
   all.push_back({"chain", test::chain(40)});
   all.push_back({"inclined chain", test::inclined_chain(Grips::sliding)});
@@ -219,6 +225,37 @@ TEST(SeparatorTree, ChoosesTheDissectionThatFillsLess) {
     const std::int64_t chosen = entries(Dissection::automatic);
     EXPECT_TRUE(chosen == coordinates || chosen == metis);
     EXPECT_LE(static_cast<double>(chosen), 1.04 * static_cast<double>(std::min(coordinates, metis)));
+  }
+}
+
+/// What METIS's separators filled, or straight cuts by the thinnest separator.
+TEST(SeparatorTree, FillsLatticesNoMoreThanBefore) {
+  const auto entries = [](const Lattice& lattice, Model model) {
+    return make_separator_tree(make_network(lattice, model, Grips::sliding, {}), Dissection::automatic)
+        .factor_entries;
+  };
+  for (const auto& [size, before] : {std::pair{8, 3095}, {16, 15884}, {32, 80913}, {64, 398900}})
+    EXPECT_LE(entries(triangular_lattice(size, 1), Model::spring), before) << size;
+  EXPECT_LE(entries(lattice_kinds()[0].make(64, 1), Model::fuse), 134336);
+  EXPECT_LE(entries(lattice_kinds()[1].make(64, 1), Model::fuse), 90733);
+  EXPECT_LE(entries(lattice_kinds()[2].make(64, 1), Model::fuse), 111345);
+}
+
+TEST(SeparatorTree, CutsWholeLatticesOfAnySizeAtLeastAsWellAsMetis) {
+  for (const LatticeKind& kind : lattice_kinds()) {
+    for (const int size : {13, 21, 30, 47}) {
+      for (const Model model : {Model::fuse, Model::spring}) {
+        if (model == Model::spring && kind.floppy != nullptr) continue;
+        for (const Grips grips : {Grips::sliding, Grips::clamped}) {
+          SCOPED_TRACE(std::string(kind.name) + " " + std::to_string(size));
+          const Network network = make_network(kind.make(size, 0.7), model, grips, {});
+          const auto chosen = make_separator_tree(network, Dissection::automatic).factor_entries;
+          EXPECT_EQ(chosen, make_separator_tree(network, Dissection::coordinates).factor_entries);
+          const auto metis = make_separator_tree(network, Dissection::metis).factor_entries;
+          EXPECT_LE(static_cast<double>(chosen), 1.01 * static_cast<double>(metis));
+        }
+      }
+    }
   }
 }
 
