@@ -11,8 +11,34 @@ namespace crackle {
 
 namespace {
 
-constexpr int kPanel = 48;   // columns eliminated one by one before the rest is updated by dgemm
-constexpr int kStrip = 192;  // columns of the rest updated together: bounds the work above the diagonal
+// Elementwise loops without fused products: the same bits whatever the vectors' length, chosen at run time.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define CRACKLE_ANY_VECTORS __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define CRACKLE_ANY_VECTORS
+#endif
+
+constexpr int kPanel = 384;      // columns whose effect on the rest of a front is taken in at once
+constexpr int kInner = 8;        // columns eliminated one by one; more are halved
+constexpr int kLeastStrip = 32;  // columns updated by one dgemm: bounds the work above the diagonal
+constexpr int kMostStrip = 192;
+constexpr int kStripsOfFront = 6;
+
+/// Of a column of L from its diagonal down, and of those right of it, `height` apart: they take it in. kept: that
+/// column times D.
+CRACKLE_ANY_VECTORS
+void update_columns(double* column, int columns, int height, int rows, const double* kept) {
+  for (int c = 1; c < columns; ++c) {
+    double* target = column + static_cast<std::ptrdiff_t>(c) * height;
+    const double factor = kept[c];
+    for (int r = c; r < rows; ++r) target[r] -= factor * column[r];
+  }
+}
+
+CRACKLE_ANY_VECTORS
+void add(const double* from, std::size_t size, double* to) {
+  for (std::size_t i = 0; i < size; ++i) to[i] += from[i];
+}
 
 class Multifrontal {
  public:
@@ -22,15 +48,17 @@ class Multifrontal {
     std::size_t tallest = 0;
     std::size_t top = 0;
     std::size_t peak = 0;
+    int widest = 0;
     for (FrontId f = 0; f < tree.fronts(); ++f) {
       tallest = std::max(tallest, height(f));
+      widest = std::max(widest, tree.front[f].pivots);
       start_[f] = below_children(f, top);
       top = start_[f] + left(f);
       peak = std::max(peak, top);
     }
     stack_.resize(peak);
     matrix_.resize(tallest * tallest);
-    scaled_.resize(tallest * kPanel);
+    scaled_.resize(tallest * std::min(widest, kPanel));
     find_diagonal();
   }
 
@@ -82,7 +110,7 @@ class Multifrontal {
   void assemble(FrontId f) {
     const Front& front = tree_.front[f];
     const std::size_t rows = height(f);
-    std::fill_n(matrix_.data(), rows * rows, 0.0);
+    for (std::size_t c = 0; c < rows; ++c) std::fill_n(matrix_.data() + c * rows + c, rows - c, 0.0);
     const auto boundary = tree_.boundary(f);
     const auto local = [&](Position at) -> std::size_t {
       if (at < front.first + front.pivots) return at - front.first;
@@ -107,35 +135,68 @@ class Multifrontal {
     const std::size_t size = tree_.front[child].boundary;
     const double* from = stack_.data() + start_[child];
     const std::int32_t* to = tree_.parent_row.data() + tree_.front[child].rows;
-    for (std::size_t c = 0; c < size; ++c) {
+    find_runs({to, size});
+    std::size_t run = 0;
+    for (std::size_t c = 0; c < size; ++c, from += size) {
       // Both lists ascend by position, so the lower triangle stays the lower triangle.
       double* target = column(f, to[c]);
-      for (std::size_t r = c; r < size; ++r) target[to[r]] += from[r + c * size];
-    }
-  }
-
-  void eliminate(FrontId f) {
-    const int pivots = tree_.front[f].pivots;
-    const int rows = static_cast<int>(height(f));
-    for (int start = 0; start < pivots; start += kPanel) {
-      const int end = std::min(start + kPanel, pivots);
-      for (int c = start; c < end; ++c) eliminate_column(f, c, start, end);
-      for (int strip = end; strip < rows; strip += kStrip) {
-        const int width = std::min(kStrip, rows - strip);
-        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - strip, width, end - start, -1.0,
-                    column(f, start) + strip, rows, scaled_.data() + strip, rows, 1.0,
-                    column(f, strip) + strip, rows);
+      if (c == run_end_[run]) ++run;
+      std::size_t begin = c;
+      for (std::size_t i = run; i < run_end_.size(); ++i) {
+        add(from + begin, run_end_[i] - begin, target + to[begin]);
+        begin = run_end_[i];
       }
     }
   }
 
-  /// Column c of L, and its effect on the rest of its panel. scaled_: the panel's columns before the division
-  /// by D.
-  void eliminate_column(FrontId f, int c, int start, int end) {
+  /// Where runs of consecutive rows end.
+  void find_runs(std::span<const std::int32_t> row) {
+    run_end_.clear();
+    for (std::size_t i = 1; i < row.size(); ++i) {
+      if (row[i] != row[i - 1] + 1) run_end_.push_back(i);
+    }
+    run_end_.push_back(row.size());
+  }
+
+  void eliminate(FrontId f) {
+    const int pivots = tree_.front[f].pivots;
+    for (int start = 0; start < pivots; start += kPanel) {
+      const int end = std::min(start + kPanel, pivots);
+      eliminate_columns(f, start, start, end);
+      update(f, start, start, end, static_cast<int>(height(f)));
+    }
+  }
+
+  /// Columns begin .. end - 1 of a panel, which have taken in all before them.
+  void eliminate_columns(FrontId f, int panel, int begin, int end) {
+    if (end - begin <= kInner) {
+      for (int c = begin; c < end; ++c) eliminate_column(f, panel, c, end);
+      return;
+    }
+    const int middle = begin + ((end - begin) / 2 + kInner - 1) / kInner * kInner;
+    eliminate_columns(f, panel, begin, middle);
+    update(f, panel, begin, middle, end);
+    eliminate_columns(f, panel, middle, end);
+  }
+
+  /// Columns end .. last - 1 take in columns begin .. end - 1 of L.
+  void update(FrontId f, int panel, int begin, int end, int last) {
+    const auto rows = static_cast<int>(height(f));
+    const int most = std::clamp((last - end) / kStripsOfFront, kLeastStrip, kMostStrip);
+    const double* scaled = scaled_.data() + static_cast<std::size_t>(begin - panel) * rows;
+    for (int strip = end; strip < last; strip += most) {
+      const int width = std::min(most, last - strip);
+      cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, rows - strip, width, end - begin, -1.0,
+                  column(f, begin) + strip, rows, scaled + strip, rows, 1.0, column(f, strip) + strip, rows);
+    }
+  }
+
+  /// Column c of L, and its effect on columns up to end - 1. scaled_: the panel's columns before the division by D.
+  void eliminate_column(FrontId f, int panel, int c, int end) {
     const auto rows = static_cast<int>(height(f));
     const Position at = tree_.front[f].first + c;
     double* l = column(f, c);
-    double* kept = scaled_.data() + static_cast<std::size_t>(c - start) * rows;
+    double* kept = scaled_.data() + static_cast<std::size_t>(c - panel) * rows;
     const bool plate = at + 1 == tree_.positions();
     const bool null = !plate && !(l[c] > kNullPivot * original_[at]);
     pivots_.null += null ? 1 : 0;
@@ -147,10 +208,7 @@ class Multifrontal {
       l[r] *= factor_.inverse[at];
     }
     l[c] = 1;
-    for (int next = c + 1; next < end; ++next) {
-      double* target = column(f, next);
-      for (int r = next; r < rows; ++r) target[r] -= kept[next] * l[r];
-    }
+    update_columns(l + c, end - c, rows, rows - c, kept + c);
   }
 
   void store(FrontId f) {
@@ -164,7 +222,7 @@ class Multifrontal {
     }
     double* rest = stack_.data() + start_[f];
     for (int c = 0; c < front.boundary; ++c, rest += front.boundary) {
-      std::copy_n(column(f, front.pivots + c) + front.pivots, front.boundary, rest);
+      std::copy_n(column(f, front.pivots + c) + front.pivots + c, front.boundary - c, rest + c);
     }
   }
 
@@ -176,7 +234,8 @@ class Multifrontal {
   std::vector<double> stack_;
   std::vector<double> matrix_;
   std::vector<double> scaled_;
-  std::vector<double> original_;  // [positions] diagonal of K
+  std::vector<std::size_t> run_end_;  // of the child's rows being added
+  std::vector<double> original_;      // [positions] diagonal of K
   TreePivots pivots_;
 };
 
