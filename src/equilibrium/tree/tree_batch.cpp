@@ -197,7 +197,7 @@ void TreeBatch::solve_single() {
   std::array<double, kMostStates> cut{};
   cut.fill(kNeverCut);
   for (int s = 0; s < prediction_.states; ++s) cut[s] = candidates_.keep() * prediction_.ratio[s];
-  search_.run_single(std::span(fronts_).first(groups), cut, candidates_.list());
+  search_.run_single(std::span(fronts_).first(static_cast<std::size_t>(groups)), cut, candidates_.list());
   counts_.entries += tree_.factor_entries;
   ++counts_.passes;
   ++counts_.single;
@@ -208,7 +208,7 @@ void TreeBatch::solve_single() {
 /// What the single pass confirms, with what the Gram matrix knows in double. False: not even state 0.
 bool TreeBatch::confirm(double least_stiffness) {
   if (!agrees_in_single()) return false;
-  candidates_.fill_ratios(prediction_);
+  candidates_.fill_single_ratios(prediction_);
   for (int s = 0; s < prediction_.states; ++s) {
     VerifiedBreak found;
     if (!(1 / prediction_.plate[s] > least_stiffness * (1 + kAgreement)) || !confirm_state(s, found)) break;
@@ -263,7 +263,7 @@ bool TreeBatch::follow_contenders() {
 }
 
 void TreeBatch::keep(const VerifiedBreak& found, int state, double plate) {
-  last_ = {state, found.ratio, found.ratio * search_.threshold(found.bond)};
+  last_ = {state, found.ratio, found.ratio * search_.threshold(found.bond), candidates_.keep() * found.ratio};
   verified_.push_back(found);
   plate_.push_back(plate);
 }

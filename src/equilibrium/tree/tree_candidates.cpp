@@ -1,7 +1,11 @@
 #include "crackle/equilibrium/tree/tree_candidates.hpp"
 
 #include <algorithm>
+#include <array>
 #include <functional>
+#include <limits>
+
+#include "crackle/base/aligned.hpp"
 
 namespace crackle {
 
@@ -10,6 +14,8 @@ namespace {
 constexpr double kWiden = 1.5;  // how much faster candidates are collected when too few were found
 constexpr double kWidest = 0.01;
 constexpr double kNarrowest = 0.999;
+/// Ratios in single precision are compared with a little less: they, and this, are rounded.
+constexpr double kBelow = 1 - 1e-5;
 
 }  // namespace
 
@@ -32,19 +38,40 @@ void TreeCandidates::fill_ratios(const Prediction& prediction) {
   stride_ = prediction.groups() * kLanes;
   ratio_.resize(bond_.size() * stride_);
   for (std::size_t i = 0; i < bond_.size(); ++i) {
-    double* ratio = ratio_.data() + i * stride_;
-    search_.ratios(bond_[i], prediction.groups(), ratio);
-    for (int s = 0; s + 1 < prediction.states; ++s) {
-      if (prediction.bond[s] == bond_[i]) std::fill(ratio + s + 1, ratio + stride_, 0.0);
-    }
+    const std::span ratio = std::span(ratio_).subspan(i * stride_, stride_);
+    search_.ratios(bond_[i], prediction.groups(), ratio.data());
+    forget_broken(prediction, bond_[i], ratio);
+  }
+}
+
+void TreeCandidates::fill_single_ratios(const Prediction& prediction) {
+  alignas(AlignedAllocator<float>::kCacheLine) std::array<float, kMostStates> least;
+  least.fill(std::numeric_limits<float>::infinity());
+  for (int s = 0; s < prediction.states; ++s) {
+    least[s] = static_cast<float>(kBelow * prediction.ratio[s]);
+  }
+  stride_ = search_.single_lanes();
+  ratio_.resize(bond_.size() * stride_);
+  contender_.clear();
+  for (std::size_t i = 0; i < bond_.size(); ++i) {
+    const std::span ratio = std::span(ratio_).subspan(i * stride_, stride_);
+    if (search_.single_ratios(bond_[i], least, ratio)) contender_.push_back(i);
+    forget_broken(prediction, bond_[i], ratio);
+  }
+}
+
+/// 0 once a bond is predicted to be broken.
+void TreeCandidates::forget_broken(const Prediction& prediction, BondId e, std::span<double> ratio) {
+  for (int s = 0; s + 1 < prediction.states; ++s) {
+    if (prediction.bond[s] == e) std::ranges::fill(ratio.subspan(s + 1), 0.0);
   }
 }
 
 void TreeCandidates::find_contenders(int state, double ratio, std::vector<BondId>& contenders) const {
   contenders.clear();
-  for (std::size_t i = 0; i < bond_.size(); ++i) {
+  for (const std::size_t i : contender_) {
     // not a number: it may
-    if (!(ratio_[i * stride_ + state] + search_.margin(bond_[i], state) < ratio))
+    if (!(ratio_[i * stride_ + state] + search_.margin(bond_[i], state) < kBelow * ratio))
       contenders.push_back(bond_[i]);
   }
 }

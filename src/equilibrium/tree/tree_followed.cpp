@@ -95,6 +95,7 @@ void TreeFollowed::take_near(BondId e, double force, const CertainState& last) {
       const BondId other = near_[i];
       if (in_set_[other] != 0) continue;
       const double t = search_.threshold(other);
+      if (last.listed + added / t < kNearRatio * last.ratio) continue;
       if (search_.ratio(other, last.state) + added / t > kNearRatio * last.ratio) take(other);
     }
   }

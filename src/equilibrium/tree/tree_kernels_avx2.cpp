@@ -24,6 +24,9 @@ struct Isa {
   static bool above(Single a, Single b) {
     return _mm256_movemask_ps(_mm256_cmp_ps((__m256)a, (__m256)b, _CMP_GT_OQ)) != 0;
   }
+  static bool all_below(Single a, Single b) {
+    return _mm256_movemask_ps(_mm256_cmp_ps((__m256)a, (__m256)b, _CMP_LT_OQ)) == 0xff;
+  }
 };
 
 }  // namespace

@@ -228,6 +228,7 @@ struct KernelBody : SolveBody<Isa> {
             .settle = Narrow::settle,
             .combine_single = Base::combine_single,
             .backward_single = Narrow::backward_single,
+            .ratios_single = Narrow::ratios_single,
             .find_single_magnitude = Narrow::template find_single<true>,
             .find_single_tension = Narrow::template find_single<false>,
             .find_magnitude = find_any<true>,

@@ -24,6 +24,10 @@ struct Isa {
     const SingleMask mask = a > b;
     return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
   }
+  static bool all_below(Single a, Single b) {
+    const SingleMask mask = a < b;
+    return (mask[0] & mask[1] & mask[2] & mask[3]) != 0;
+  }
 };
 
 }  // namespace

@@ -182,6 +182,27 @@ struct SingleBody {
                            : find_lanes<4, Magnitude, kTwice>(bonds, x, cut, margin, found);
   }
 
+  static bool ratios_single(const SingleForce& bond, const float* x, int lanes, const float* margin,
+                            const float* least, double* ratio) {
+    typedef double Wide __attribute__((vector_size(2 * sizeof(Single)), aligned(8), may_alias));
+    bool reaches = false;
+    for (int lane = 0; lane < lanes; lane += kSingle) {
+      Single size =
+          bond.base + bond.value[0] * at(x + static_cast<std::ptrdiff_t>(bond.row[0]) * lanes + lane);
+      for (int i = 1; i < bond.width; ++i)
+        size += bond.value[i] * at(x + static_cast<std::ptrdiff_t>(bond.row[i]) * lanes + lane);
+      if (bond.magnitude) {
+        size = magnitude_of(size);
+      } else {
+        size = size < Single{} ? Single{} : size;
+      }
+      const Single found = bond.per_limit * size;
+      *reinterpret_cast<Wide*>(ratio + lane) = __builtin_convertvector(found, Wide);
+      reaches |= !Isa::all_below(found + bond.per_limit * at(margin + lane), at(least + lane));
+    }
+    return reaches;
+  }
+
   typedef double Quad __attribute__((vector_size(32), aligned(8), may_alias));
   typedef long long QuadMask __attribute__((vector_size(32)));
   typedef float SingleQuad __attribute__((vector_size(16), aligned(4), may_alias));

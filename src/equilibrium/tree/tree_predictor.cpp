@@ -102,7 +102,10 @@ void TreePredictor::predict(const TreeColumns& columns, std::span<const double> 
     per_stretch_[c] = e < 0 ? 0 : std::sqrt(network_.stiffness[e]) / threshold[e];
   }
   for (int i = 0; i < waiting_; ++i) per_stretch_[column_[i]] = 0;
-  for (auto& group : prediction.coefficient) group.fill(0);
+  const auto clear_row = [&prediction](int i) {
+    for (auto& group : prediction.coefficient) std::fill_n(group.data() + i * kLanes, kLanes, 0.0);
+  };
+  for (int i = 0; i < waiting_; ++i) clear_row(i);
   prediction.waiting = waiting_;
   prediction.columns = followed_;
   prediction.states = 0;
@@ -113,6 +116,7 @@ void TreePredictor::predict(const TreeColumns& columns, std::span<const double> 
     for (int i = 0; i < at; ++i) prediction.stretch(i, s) = stretch_[column_[i]];
     const int j = largest(columns, prediction.ratio[s]);
     if (j < 0) break;
+    clear_row(at);
     column_[at] = j;
     prediction.bond[s] = columns.bond(j);
     prediction.states = s + 1;

@@ -152,13 +152,6 @@ double TreeSearch::ratio(BondId e, int state) const {
 }
 
 void TreeSearch::ratios(BondId e, int groups, double* ratio) const {
-  if (pass_ == Pass::single) {
-    const std::span found(ratio, static_cast<std::size_t>(groups) * kLanes);
-    single_->stretches(bonds_.place[e], found);
-    const double limit = limit_[bonds_.place[e]];
-    for (double& each : found) each = (magnitude_ ? std::abs(each) : std::max(each, 0.0)) / limit;
-    return;
-  }
   if (pass_ == Pass::base) {
     std::fill_n(ratio, groups * kLanes, 0.0);
     ratio[0] = this->ratio(e, 0);

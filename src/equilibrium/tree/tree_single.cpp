@@ -166,6 +166,7 @@ void TreeSingle::run(std::span<const std::vector<FrontId>> fronts, std::span<con
                      std::vector<BondId>& candidates) {
   assert(fronts.size() * kLanes <= static_cast<std::size_t>(lanes_));
   candidates.clear();
+  guess_.fill(kGuess * *std::max_element(guess_.begin(), guess_.begin() + lanes_));
   most_.fill(0);
   for (int s = 0; s < lanes_; ++s) cut_[s] = static_cast<float>(cut[s]);
   std::array<std::size_t, kMostGroups> left{};
@@ -181,7 +182,6 @@ void TreeSingle::run(std::span<const std::vector<FrontId>> fronts, std::span<con
     candidates.clear();
     find_in(0, tree_.fronts() - 1, candidates);
   }
-  guess_.fill(kGuess * *std::max_element(guess_.begin(), guess_.begin() + lanes_));
 }
 
 void TreeSingle::solve_front(FrontId f, std::span<const std::vector<FrontId>> fronts,
@@ -229,14 +229,11 @@ bool TreeSingle::guessed_well() {
   return well;
 }
 
-void TreeSingle::stretches(std::int32_t place, std::span<double> stretch) const {
-  const Position* row = bonds_.row.data() + static_cast<std::size_t>(place) * bonds_.width;
-  const double* value = bonds_.value.data() + static_cast<std::size_t>(place) * bonds_.width;
-  std::ranges::fill(stretch, base_[place]);
-  for (int i = 0; i < bonds_.width; ++i) {
-    const float* x = x_.data() + static_cast<std::size_t>(row[i]) * lanes_;
-    for (std::size_t s = 0; s < stretch.size(); ++s) stretch[s] += value[i] * static_cast<double>(x[s]);
-  }
+bool TreeSingle::ratios(std::int32_t place, std::span<const float> least, std::span<double> ratio) const {
+  const std::size_t entry = static_cast<std::size_t>(place) * bonds_.width;
+  const SingleForce bond{bonds_.row.data() + entry, value_.data() + entry, base_single_[place],
+                         1 / limit_[place],         bonds_.width,          magnitude_};
+  return kernels_.ratios_single(bond, x_.data(), lanes_, guess_.data(), least.data(), ratio.data());
 }
 
 double TreeSingle::stretch(std::int32_t place, int state) const {

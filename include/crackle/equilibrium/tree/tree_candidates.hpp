@@ -24,9 +24,6 @@ class TreeCandidates {
   /// A new sample: nobody is ranked.
   void reset();
 
-  /// Bonds that are ranked, at most.
-  [[nodiscard]] std::size_t wanted() const { return wanted_; }
-
   /// Where TreeSearch::run lists them; then come fill_ratios, largest, and rank.
   [[nodiscard]] std::vector<BondId>& list() { return bond_; }
 
@@ -34,7 +31,10 @@ class TreeCandidates {
   /// bond is listed: leaves those that rank() keeps, and all that tie with them.
   void fill_ratios(const Prediction& prediction);
 
-  /// Bonds whose ratio, as far as this pass can tell, may come up to `ratio` in a state.
+  /// The same after a single pass, to within its margins.
+  void fill_single_ratios(const Prediction& prediction);
+  /// Bonds whose ratio, as far as a single pass can tell, may come up to `ratio` in a state: nearly that of the prediction,
+  /// or above.
   void find_contenders(int state, double ratio, std::vector<BondId>& contenders) const;
 
   /// The largest ratio in a state, and of ties the lowest bond; bond -1, ratio 0: nobody carries anything.
@@ -51,10 +51,13 @@ class TreeCandidates {
 
  private:
   void thin_out();
+  static void forget_broken(const Prediction& prediction, BondId e, std::span<double> ratio);
 
   const TreeSearch& search_;
   std::size_t wanted_;
   std::vector<BondId> bond_;
+  std::vector<std::size_t>
+      contender_;                // numbers of those that may come up to the predicted ratio in some state
   std::vector<double> ratio_;    // [bonds * states in whole groups]
   std::size_t stride_ = kLanes;  // from one bond's ratios to the next's
   std::vector<std::pair<double, BondId>> ranked_;

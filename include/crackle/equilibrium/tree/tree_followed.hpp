@@ -16,9 +16,10 @@ namespace crackle {
 
 /// The last state of the network that is certain, as a pass has seen it.
 struct CertainState {
-  int state = 0;     ///< its number in TreeSearch
-  double ratio = 0;  ///< its largest ratio
-  double force = 0;  ///< of the bond that broke in it
+  int state = 0;      ///< its number in TreeSearch
+  double ratio = 0;   ///< its largest ratio
+  double force = 0;   ///< of the bond that broke in it
+  double listed = 0;  ///< what the pass has not listed has at most about this ratio
 };
 
 class TreeFollowed {

@@ -82,6 +82,16 @@ struct SingleBonds {
   int width = 0;  ///< 2 or 4
 };
 
+/// A bond whose ratio is looked at in 16 or 32 states in single precision.
+struct SingleForce {
+  const Position* row = nullptr;  ///< [width]
+  const float* value = nullptr;   ///< [width] sqrt(k) b
+  float base = 0;                 ///< the stretch that x = 0 stands for
+  float per_limit = 0;            ///< sqrt(k) over threshold
+  int width = 0;
+  bool magnitude = true;
+};
+
 /// One panel's share in a linear combination of columns.
 struct PanelPart {
   const double* rows = nullptr;         ///< rows x kLanes
@@ -145,6 +155,11 @@ struct TreeKernels {
 
   /// `backward` in single precision with 16 or 32 lanes. most[lane] becomes |pivots' row| where that is larger.
   void (*backward_single)(const SingleBlock& front, float* pivots, const float* x, int lanes, float* most);
+
+  /// ratio[lane] = |base + value . x| per_limit (tension: what is above 0), and whether ratio + margin per_limit reaches
+  /// `least` in any of 16 or 32 lanes; what is not a number does.
+  bool (*ratios_single)(const SingleForce& bond, const float* x, int lanes, const float* margin,
+                        const float* least, double* ratio);
 
   /// Numbers of the bonds with |base + value . x| + margin > limit * cut in any of 16 or 32 lanes (tension: without
   /// the magnitude). Returns how many. cut: [lanes] > 0; margin: [lanes] >= 0.

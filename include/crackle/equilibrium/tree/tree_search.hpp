@@ -63,7 +63,7 @@ class TreeSearch {
 
   /// Force over threshold in one state, zero where the bond carries nothing. After a single pass to within its margin.
   [[nodiscard]] double ratio(BondId e, int state) const;
-  /// The same in all states of some groups: writes kLanes ratios for each.
+  /// The same in all states of some groups: writes kLanes ratios for each. Not of a single pass.
   void ratios(BondId e, int groups, double* ratio) const;
   /// By how much the ratio of a bond may be wrong in a state; 0 of an exact pass.
   [[nodiscard]] double margin(BondId e, int state) const;
@@ -71,8 +71,10 @@ class TreeSearch {
   [[nodiscard]] double stretch_margin(int state) const {
     return pass_ == Pass::single ? single_->margin(state) : 0;
   }
-  /// g_e . u in the first states of a single pass.
-  void stretches(BondId e, std::span<double> stretch) const { single_->stretches(bonds_.place[e], stretch); }
+  /// Ratios in all states of a single pass, and whether one may come up to least[state]: [single_lanes()] each.
+  [[nodiscard]] bool single_ratios(BondId e, std::span<const float> least, std::span<double> ratio) const {
+    return single_->ratios(bonds_.place[e], least, ratio);
+  }
   /// g_e . u: the elongation times sqrt(k).
   [[nodiscard]] double stretch(BondId e, int state) const;
   /// u[plate] = 1/F. Not of a single pass.

@@ -68,8 +68,9 @@ class TreeSingle {
   /// By how much a stretch of the last run may be wrong, in each state.
   [[nodiscard]] double margin(int state) const { return margin_[state]; }
 
-  /// g_e . u of a bond in the first states, as the last run found them.
-  void stretches(std::int32_t place, std::span<double> stretch) const;
+  /// Ratios of a bond in all states, as the last run found them, and whether one of them may come up to least[state]:
+  /// [lanes()] each.
+  [[nodiscard]] bool ratios(std::int32_t place, std::span<const float> least, std::span<double> ratio) const;
   /// g_e . u in one state.
   [[nodiscard]] double stretch(std::int32_t place, int state) const;
 
