@@ -94,7 +94,7 @@ HeldSolver::Outcome HeldSolver::solve_by(HeldFactor& own, std::span<const std::u
   if (!own.move_plate(high_) || own.held_pins() > free_motions_) return Outcome::vague;
   const PhaseScope scope(times_, Phase::solve);
   // of all motions that move the plate equilibrium has the least energy, F
-  if (energy_of(broken, high_) <= none) return Outcome::loose;
+  if (energy(network_, broken, high_) <= none) return Outcome::loose;
   return refine(broken, none, [&own](std::span<const double> load, std::span<double> x) {
     return own.solve_held(load, x);
   });
@@ -120,15 +120,6 @@ HeldSolver::Outcome HeldSolver::solve_wide(std::span<const std::uint8_t> broken,
   if (!holds(broken)) return Outcome::vague;
   const PhaseScope scope(times_, Phase::solve);
   return refine_wide(broken, none);
-}
-
-double HeldSolver::energy_of(std::span<const std::uint8_t> broken, std::span<const double> u) const {
-  double energy = 0;
-  for (BondId e = 0; e < network_.bonds(); ++e) {
-    const double stretch = broken[e] == 0 ? elongation(network_, e, u) : 0;
-    energy += network_.stiffness[e] * stretch * stretch;
-  }
-  return energy;
 }
 
 /// In any force, by step_.
@@ -301,7 +292,7 @@ SoftSpot HeldSolver::find_soft_spot(double least) {
     step_[small[i]] = 1;
     factor_->back_substitute(step_);
     if (is_free(step_)) continue;
-    const double pivot = energy_of(none, step_) / diagonal[small[i]];
+    const double pivot = energy(network_, none, step_) / diagonal[small[i]];
     if (!spot.found || pivot < spot.pivot) spot = {true, node_of(small[i]), pivot};
   }
   spot.found = true;

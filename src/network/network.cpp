@@ -179,6 +179,15 @@ Network make_network(Lattice lattice, Model model, Grips grips, std::vector<doub
   return network;
 }
 
+double energy(const Network& network, std::span<const std::uint8_t> broken, std::span<const double> u) {
+  double sum = 0;
+  for (BondId e = 0; e < network.bonds(); ++e) {
+    const double stretch = broken[e] == 0 ? elongation(network, e, u) : 0;
+    sum += network.stiffness[e] * stretch * stretch;
+  }
+  return sum;
+}
+
 double contrast(const Network& network) {
   double stiffest = 0;
   double softest = std::numeric_limits<double>::infinity();

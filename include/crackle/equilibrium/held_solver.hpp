@@ -85,7 +85,6 @@ class HeldSolver {
   template <class Solve>
   [[nodiscard]] Outcome refine(std::span<const std::uint8_t> broken, double none, Solve solve);
   [[nodiscard]] Outcome refine_wide(std::span<const std::uint8_t> broken, double none);
-  [[nodiscard]] double energy_of(std::span<const std::uint8_t> broken, std::span<const double> u) const;
   [[nodiscard]] double largest_change(std::span<const std::uint8_t> broken) const;
   void fill_load(std::span<const std::uint8_t> broken);
   void take_forces(std::span<const std::uint8_t> broken, double error, double terms);

@@ -82,6 +82,10 @@ struct Network {
   return sum;
 }
 
+/// sum of k_e (b_e . u)^2 over the bonds for which broken[e] == 0 (size M): twice the energy of the displacements u.
+[[nodiscard]] double energy(const Network& network, std::span<const std::uint8_t> broken,
+                            std::span<const double> u);
+
 /// Stiffness of the stiffest bond that can stretch over that of the softest.
 [[nodiscard]] double contrast(const Network& network);
 

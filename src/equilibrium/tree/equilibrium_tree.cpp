@@ -1,14 +1,13 @@
 #include "crackle/equilibrium/tree/equilibrium_tree.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "crackle/base/memory.hpp"
 #include "crackle/equilibrium/held_solver.hpp"
 #include "crackle/equilibrium/tree/tree_factor.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
+#include "crackle/equilibrium/tree/tree_response.hpp"
 
 namespace crackle {
 
@@ -44,6 +43,7 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
         scratch_(static_cast<std::size_t>(tree_.positions()) * kLanes),
         factor_(tree_, bonds_, kernels_, options.many_samples && tree_.factor_entries <= kMostKept, scratch_),
         batch_(network, tree_, bonds_, factor_, kernels_, options.break_on, tree.precision, scratch_, times),
+        responds_(tree.responses && TreeResponse::is_worthwhile(network)),
         displacement_(network.unknowns),
         residual_(network.unknowns) {
     if (tree.verify) checker_ = std::make_unique<TreeFactor>(tree_, bonds_, kernels_, false, scratch_);
@@ -76,8 +76,12 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
 
  protected:
   [[nodiscard]] std::span<const double> do_displacements() override {
-    // the factor is the network's own once it has taken everything in
-    if (!batch_.copy_state(shown_, displacement_)) factor_.solve_plate(displacement_);
+    if (responding_) {
+      response_->get_displacements(shown_, displacement_);
+    } else if (unsolved_ || !batch_.copy_state(shown_, displacement_)) {
+      // the factor is the network's own once it has taken everything in
+      factor_.solve_plate(displacement_);
+    }
     return displacement_;
   }
 
@@ -89,29 +93,34 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
   [[nodiscard]] HeldFactor* held_factor() override { return this; }
 
   [[nodiscard]] State search(Critical& next) override {
-    if (head_ == batch_.verified().size() && state_ == State::carrying) advance();
+    if (responding_ && head_ == response_->verified().size() && state_ == State::carrying) respond();
+    if (!responding_ && head_ == batch_.verified().size() && state_ == State::carrying) advance();
     if (state_ == State::carrying) {
-      const VerifiedBreak& found = batch_.verified()[head_];
       shown_ = static_cast<int>(head_);
-      next = {found.bond, 1 / found.ratio, 1 / batch_.plate(shown_)};
+      next = responding_ ? responded() : confirmed();
     }
     if (checker_) check(next);
     return state_;
   }
 
   bool renew() override {
+    if (responding_) leave_response();
     refactor();
     head_ = batch_.verified().size();
     return true;
   }
 
   void do_reset() override {
-    {
+    if (!is_intact_) {
       const PhaseScope scope(times_, Phase::factor);
       factor_.restore();
+      is_intact_ = true;
+      intact_pivots_ = factor_.pivots();
+      if (!response_ && responds_) make_response();
     }
-    intact_pivots_ = factor_.pivots();
-    start_from_factor();
+    responding_ = responds_ && response_->reset(threshold());
+    if (!responding_) return start_from_factor();
+    begin();
   }
 
   void do_settle() override {
@@ -123,6 +132,17 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
   }
 
   void do_remove(BondId bond) override {
+    if (responding_) {
+      const auto ahead = response_->verified();
+      if (head_ < ahead.size() && ahead[head_].bond == bond) {
+        slack_ = ahead[head_++].slack;
+        ++tree_counts_.responded;
+        if (slack_ >= kLeastPredictedSlack) note(slack_);
+      } else {
+        leave_response();
+      }
+      return;
+    }
     batch_.remove(bond);
     const auto verified = batch_.verified();
     // A bond that was not named spoils the rest of the batch.
@@ -133,6 +153,11 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
   void follow(BondId bond) override { late_.push_back(bond); }
 
   [[nodiscard]] bool move_plate(std::span<double> u) override {
+    if (responding_) {
+      if (is_loose(u)) return true;
+      leave_response();
+      late_.clear();
+    }
     if (!batch_.waiting().empty()) (void)take_in();
     const PhaseScope scope(times_, Phase::downdate);
     (void)factor_.downdate(late_);
@@ -154,11 +179,76 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
 
   /// Nothing waits, nothing is predicted.
   void start_from_factor() {
+    is_intact_ = false;
+    responding_ = false;
+    unsolved_ = true;
     batch_.reset(threshold());
+    begin();
+  }
+
+  void begin() {
     late_.clear();
     head_ = 0;
+    slack_ = 1;
     unchecked_ = 0;
     state_ = has_failed(factor_.stiffness()) ? State::failed : State::carrying;
+  }
+
+  void make_response() {
+    response_ = std::make_unique<TreeResponse>(
+        network_, make_intact_response(network_, tree_, bonds_, factor_, kernels_), kernels_,
+        options_.break_on);
+    responds_ = response_->is_sound();
+  }
+
+  [[nodiscard]] Critical responded() const {
+    const ResponseBreak& found = response_->verified()[head_];
+    return {found.bond, found.load, found.stiffness};
+  }
+
+  [[nodiscard]] Critical confirmed() const {
+    const VerifiedBreak& found = batch_.verified()[head_];
+    return {found.bond, 1 / found.ratio, 1 / batch_.plate(shown_)};
+  }
+
+  /// More verified breaks, or the end, or a factor goes on.
+  void respond() {
+    const ResponseResult result = look_ahead();
+    if (result == ResponseResult::failed) state_ = State::failed;
+    if (result == ResponseResult::lost) leave_response();
+    if (result == ResponseResult::found && unchecked_ >= kBreaksPerCheck && !trusted()) leave_response();
+  }
+
+  ResponseResult look_ahead() {
+    const PhaseScope scope(times_, Phase::search);
+    const ResponseResult result = response_->next(kRefereedStiffness * intact_stiffness());
+    head_ = 0;
+    shown_ = 0;
+    unchecked_ += std::ssize(response_->verified());
+    return result;
+  }
+
+  /// A factor goes on from here.
+  void leave_response() {
+    ++tree_counts_.left;
+    {
+      const PhaseScope scope(times_, Phase::factor);
+      factor_.factorize(broken());
+    }
+    const double slack = slack_;
+    start_from_factor();
+    if (has_softened()) state_ = State::failed;
+    if (state_ == State::carrying && slack > 0) note(slack);
+  }
+
+  /// Of a break that has left something carrying.
+  void note(double slack) { counts_.smallest_slack = std::min(counts_.smallest_slack, slack); }
+
+  /// The last break has set a motion free that moves the plate and stretches nothing.
+  [[nodiscard]] bool is_loose(std::span<double> u) {
+    const PhaseScope scope(times_, Phase::search);
+    if (!response_->get_free_motion(u)) return false;
+    return energy(network_, broken(), u) <= kFailedStiffness * intact_stiffness();
   }
 
   /// At least one verified break, or another state than carrying.
@@ -179,6 +269,7 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
 
   BatchResult pass() {
     const BatchResult result = batch_.next(kRefereedStiffness * intact_stiffness());
+    unsolved_ = false;
     head_ = 0;
     unchecked_ += static_cast<std::int64_t>(batch_.verified().size());
     return result;
@@ -196,7 +287,7 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
       state_ = State::failed;
       return false;
     }
-    counts_.smallest_slack = std::min(counts_.smallest_slack, slack);
+    note(slack);
     return true;
   }
 
@@ -221,8 +312,8 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
   bool trusted() {
     const PhaseScope scope(times_, Phase::search);
     unchecked_ = 0;
-    (void)batch_.copy_state(0, displacement_);  // the pass has just been made
-    const double error = backward_error(network_, broken(), displacement_, residual_);
+    shown_ = 0;
+    const double error = backward_error(network_, broken(), do_displacements(), residual_);
     counts_.largest_residual = std::max(counts_.largest_residual, error);
     return error <= kLargestError;
   }
@@ -244,7 +335,13 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
   TreeScratch scratch_;
   TreeFactor factor_;
   TreeBatch batch_;
-  std::unique_ptr<TreeFactor> checker_;  // with verify
+  std::unique_ptr<TreeFactor> checker_;     // with verify
+  std::unique_ptr<TreeResponse> response_;  // once made
+  bool responds_;                           // samples begin with it
+  bool responding_ = false;                 // it is as far as this sample is; the factor is intact
+  bool is_intact_ = false;                  // the factor is the intact network's
+  bool unsolved_ = true;                    // the factor's state has not been solved for
+  double slack_ = 1;                        // of the last break, by response_
   State state_ = State::carrying;
   std::vector<BondId> late_;    // broken since the Referee took over: the factor hasn't taken them in
   std::size_t head_ = 0;        // verified breaks that have been removed
@@ -265,37 +362,6 @@ std::unique_ptr<Equilibrium> make_equilibrium_tree(const Network& network, const
 
 TreeCounts tree_counts(const Equilibrium& equilibrium) {
   return dynamic_cast<const EquilibriumTree&>(equilibrium).tree_counts();
-}
-
-std::string describe(const TreeCounts& counts) {
-  const auto per = [](std::int64_t a, std::int64_t b) {
-    return b > 0 ? static_cast<double>(a) / static_cast<double>(b) : 0.0;
-  };
-  const auto line = [](const char* format, auto... values) {
-    std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(), format, values...);
-    return std::string(text.data());
-  };
-  const BatchCounts& batch = counts.batch;
-  const auto breaks = batch.verified;
-  return line("tree: %lld fronts, %lld factor entries, %s kernels\n", static_cast<long long>(counts.fronts),
-              static_cast<long long>(counts.factor_entries), counts.kernels) +
-         line("  passes %lld, of which repeated %lld; breaks a pass %.2f of %.2f predicted\n",
-              static_cast<long long>(batch.passes), static_cast<long long>(batch.repeated),
-              per(breaks, batch.passes), per(batch.predicted, batch.passes)) +
-         line("  a pass: %.1f new columns, %.1f candidates\n", per(batch.columns, batch.passes),
-              per(batch.candidates, batch.passes)) +
-         line("  a break: %.1f fronts visited, %.0f entries read, %.0f updated\n", per(batch.fronts, breaks),
-              per(batch.entries, breaks), per(counts.entries_downdated, breaks)) +
-         line(
-             "  passes in single precision %lld, of which undecided %lld; contenders %lld; error at most "
-             "%.2g of its "
-             "bound\n",
-             static_cast<long long>(batch.single), static_cast<long long>(batch.undecided),
-             static_cast<long long>(batch.contenders), batch.used_margin) +
-         line("  downdates %lld, refactors %lld, checked %lld, differences %lld\n",
-              static_cast<long long>(counts.downdates), static_cast<long long>(counts.refactors),
-              static_cast<long long>(counts.checked), static_cast<long long>(counts.differences));
 }
 
 }  // namespace crackle

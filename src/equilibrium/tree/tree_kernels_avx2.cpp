@@ -18,6 +18,9 @@ struct Isa {
   template <int V>
   static constexpr int kSingleMostRows = V == 1 ? 8 : 4;
 
+  static bool reaches(Vec a, Vec b) {
+    return _mm256_movemask_pd(_mm256_cmp_pd((__m256d)a, (__m256d)b, _CMP_GE_OQ)) != 0;
+  }
   static bool above(Vec a, Vec b) {
     return _mm256_movemask_pd(_mm256_cmp_pd((__m256d)a, (__m256d)b, _CMP_GT_OQ)) != 0;
   }

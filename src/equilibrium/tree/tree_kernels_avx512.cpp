@@ -18,6 +18,7 @@ struct Isa {
   template <int V>
   static constexpr int kSingleMostRows = V == 1 ? 24 : 8;
 
+  static bool reaches(Vec a, Vec b) { return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_GE_OQ) != 0; }
   static bool above(Vec a, Vec b) { return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_GT_OQ) != 0; }
   static bool above(Single a, Single b) { return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_GT_OQ) != 0; }
   static bool all_below(Single a, Single b) {

@@ -6,6 +6,7 @@
 /// linker might keep those.
 #pragma once
 
+#include "tree_kernels_response.hpp"
 #include "tree_kernels_single.hpp"
 #include "tree_kernels_solve.hpp"
 
@@ -232,7 +233,8 @@ struct KernelBody : SolveBody<Isa> {
             .find_single_magnitude = Narrow::template find_single<true>,
             .find_single_tension = Narrow::template find_single<false>,
             .find_magnitude = find_any<true>,
-            .find_tension = find_any<false>};
+            .find_tension = find_any<false>,
+            .response = ResponseBody<Isa>::table()};
   }
 };
 

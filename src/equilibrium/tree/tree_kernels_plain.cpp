@@ -16,6 +16,10 @@ struct Isa {
   template <int V>
   static constexpr int kSingleMostRows = V == 1 ? 8 : 4;
 
+  static bool reaches(Vec a, Vec b) {
+    const Mask mask = a >= b;
+    return (mask[0] | mask[1]) != 0;
+  }
   static bool above(Vec a, Vec b) {
     const Mask mask = a > b;
     return (mask[0] | mask[1]) != 0;

@@ -7,7 +7,7 @@ namespace crackle {
 
 /// Isa::Vec: its vector of doubles, unaligned and free to alias the doubles it is read from.
 /// Isa::Mask: a vector of as many 64-bit integers, what comparing two of them gives.
-/// Isa::above(a, b): a > b anywhere.
+/// Isa::above(a, b), Isa::reaches(a, b): a > b, a >= b anywhere.
 /// Isa::kRows: rows of right-hand sides that stay in registers together, two vectors each; kMostRows: where that
 /// makes an end.
 template <class Isa>

@@ -18,6 +18,7 @@ struct TreeOptions {
   bool verify = false;  ///< compare every break with a full solve by a fresh factor: slow, for tests
   Dissection dissection = Dissection::automatic;
   Precision precision = Precision::single;  ///< of the search; loads, forces and order are those of double
+  bool responses = true;                    ///< small networks by TreeResponse, as far as that goes
   const TreeKernels* kernels = nullptr;     ///< one of tree_kernels(); nullptr: the fastest
 };
 
@@ -28,6 +29,8 @@ struct TreeCounts {
   std::int64_t factor_entries = 0;     ///< p (p + 1) / 2 + p q over all fronts
   std::int64_t entries_downdated = 0;  ///< read and written by downdates
   std::int64_t downdates = 0;          ///< of several bonds each
+  std::int64_t responded = 0;          ///< breaks that TreeResponse named
+  std::int64_t left = 0;               ///< samples that TreeResponse began and a factor went on with
   std::int64_t refactors = 0;          ///< asked for by a slack, a residual or a disagreement
   std::int64_t checked = 0;            ///< breaks compared with a full solve
   std::int64_t differences = 0;        ///< of these, another bond or state

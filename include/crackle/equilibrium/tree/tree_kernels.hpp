@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "crackle/equilibrium/tree/response_kernels.hpp"
 #include "crackle/equilibrium/tree/separator_tree.hpp"
 
 namespace crackle {
@@ -172,6 +173,8 @@ struct TreeKernels {
   /// many. cut: [kLanes] > 0.
   int (*find_magnitude)(const BondBlock& bonds, const double* x, const double* cut, std::int32_t* found);
   int (*find_tension)(const BondBlock& bonds, const double* x, const double* cut, std::int32_t* found);
+
+  ResponseKernels response;
 };
 
 /// The versions that this processor runs, the fastest first. They sum in different orders:

@@ -39,7 +39,7 @@ void expect_same_breaks(const SampleRecord& tree, const SampleRecord& other) {
   }
 }
 
-/// With every instruction set that this processor has.
+/// With every instruction set that this processor has, by responses as far as they go, and by a factor alone.
 void expect_dense_breaks(const Network& network, const Thresholds& threshold,
                          BreakOn break_on = BreakOn::magnitude, TreeOptions tree = {}) {
   const SampleRecord dense =
@@ -47,7 +47,11 @@ void expect_dense_breaks(const Network& network, const Thresholds& threshold,
   for (const TreeKernels* kernels : tree_kernels()) {
     SCOPED_TRACE(kernels->name);
     tree.kernels = kernels;
-    expect_same_breaks(tree_record(network, break_on, tree, threshold), dense);
+    for (const bool responses : {true, false}) {
+      SCOPED_TRACE(responses ? "responses" : "factor");
+      tree.responses = responses;
+      expect_same_breaks(tree_record(network, break_on, tree, threshold), dense);
+    }
   }
 }
 
@@ -129,7 +133,7 @@ TEST(EquilibriumTree, IsNotMisledByRoundingOverMinuteThresholds) {
   const Network network = test::fuses_between(kTop + 1, bonds, stiffness);
   expect_dense_breaks(network, threshold);
   PhaseTimes times;
-  const auto equilibrium = make_equilibrium_tree(network, {}, times, {.verify = true});
+  const auto equilibrium = make_equilibrium_tree(network, {}, times, {.verify = true, .responses = false});
   test::break_record(*equilibrium, threshold);
   const TreeCounts counts = tree_counts(*equilibrium);
   EXPECT_GT(counts.batch.repeated, 0) << "no rounding was taken for a force";
