@@ -12,6 +12,7 @@
 #include "crackle/base/error.hpp"
 #include "crackle/base/named.hpp"
 #include "crackle/base/option_database.hpp"
+#include "crackle/base/thread_team.hpp"
 #include "crackle/equilibrium/strategies/strategies.hpp"
 #include "crackle/network/disorder.hpp"
 #include "crackle/network/lattices.hpp"
@@ -129,10 +130,11 @@ constexpr std::array kOptions = {
     Option{"-equilibrium_tree_kernels", "auto", words(kernels, "as the processor has them"),
            "instruction set of tree's inner loops (auto: the fastest); decides last bits of loads", true},
     Option{"-equilibrium_tree_precision", "single", words(words_of<kPrecisions>),
-           "of tree's search for the bond that breaks next (single: what it leaves open, double decides); "
-           "loads are those of "
-           "double, it decides their last bits",
+           "of tree's search for the next bond (what single leaves open, double decides); decides last bits "
+           "of loads",
            true},
+    Option{"-equilibrium_tree_threads", "1", integer(1, ThreadTeam::kMost),
+           "threads on which tree breaks one sample, in every process: the same bits with any number", false},
     Option{"-equilibrium_tree_verify", "false", flag(),
            "compare every break of tree with a full solve by a fresh factor (slow)", false},
     Option{"-equilibrium_tree_view", "false", flag(), "what tree did, after the summary", false},

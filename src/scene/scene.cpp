@@ -204,6 +204,7 @@ void read_strategy(Reader& reader, Scene& scene) {
   if (scene.equilibrium.strategy != "tree") return;
   scene.equilibrium.tree.kernels = read_kernels(reader);
   scene.equilibrium.tree.precision = reader.choice("-equilibrium_tree_precision", kPrecisions).value;
+  scene.equilibrium.tree.threads = reader.number<int>("-equilibrium_tree_threads");
   scene.equilibrium.tree.verify = reader.flag("-equilibrium_tree_verify");
   scene.tree_view = reader.flag("-equilibrium_tree_view");
 }

@@ -61,10 +61,11 @@ struct Counted {
 };
 
 /// In a sample that has been broken before: every vector has the room that it needs.
-Counted count_allocations(int size, std::int64_t number) {
+Counted count_allocations(int size, std::int64_t number, int threads) {
   const Network network = make_network(triangular_lattice(size, 1), Model::spring, Grips::sliding, {});
   PhaseTimes times;
-  const auto equilibrium = make_equilibrium(network, {.strategy = "tree"}, times);
+  const auto equilibrium =
+      make_equilibrium(network, {.strategy = "tree", .tree = {.threads = threads}}, times);
   SampleRecord record;
   ObserveBreaks breaks(record);
   ObserveProfile profile(network, 1, record);
@@ -89,11 +90,13 @@ Counted count_allocations(int size, std::int64_t number) {
 /// (-equilibrium ksp does allocate: CHOLMOD makes a workspace for each of its solves.)
 TEST(Allocation, ThereIsNoneWhenABondBreaks) {
   for (const int size : {8, 24}) {
-    SCOPED_TRACE("L = " + std::to_string(size));
-    const Counted counted = count_allocations(size, 4);
-    EXPECT_GT(counted.breaks, 30);
-    ASSERT_EQ(counted.factorizations, 0) << "this sample can't tell";
-    EXPECT_EQ(counted.with_allocations, 0) << "of " << counted.breaks << " breaks";
+    for (const int threads : {1, 3}) {
+      SCOPED_TRACE("L = " + std::to_string(size) + ", threads " + std::to_string(threads));
+      const Counted counted = count_allocations(size, 4, threads);
+      EXPECT_GT(counted.breaks, 30);
+      ASSERT_EQ(counted.factorizations, 0) << "this sample can't tell";
+      EXPECT_EQ(counted.with_allocations, 0) << "of " << counted.breaks << " breaks";
+    }
   }
 }
 

@@ -26,7 +26,7 @@ VALUES = {
     "-ensemble_ranks_per_sample": INTEGERS, "-checkpoint_every": NUMBERS, "-checkpoint_breaks": INTEGERS,
     "-stop": STOPS, "-equilibrium": ("tree", "ksp", "dense", *WORDS), "-equilibrium_refactor_every": INTEGERS,
     "-equilibrium_check": INTEGERS, "-equilibrium_check_bound": NUMBERS, "-equilibrium_tree_verify": WORDS,
-    "-equilibrium_tree_view": WORDS, "-output": PATHS, "-record": LISTS,
+    "-equilibrium_tree_view": WORDS, "-equilibrium_tree_threads": INTEGERS, "-output": PATHS, "-record": LISTS,
     "-record_snapshot_at": (*INTEGERS, ",".join(map(str, range(1, 1200)))), "-monitor": WORDS,
     "-ksp_type": ("cg", "preonly", "chebyshev", "none", "gmres", ""), "-pc_type": ("jacobi", "none", "icc", "x"),
     "-ksp_rtol": NUMBERS, "-ksp_max_it": INTEGERS, "-mat_type": ("aij", "dense", "x"), "-vec_type": ("seq", "x"),

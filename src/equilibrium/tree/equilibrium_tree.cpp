@@ -40,7 +40,7 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
         tree_(make_affordable_tree(network, tree.dissection)),
         bonds_(make_tree_bonds(network, tree_)),
         kernels_(tree.kernels != nullptr ? *tree.kernels : *tree_kernels().front()),
-        scratch_(static_cast<std::size_t>(tree_.positions()) * kLanes),
+        scratch_(tree_, tree.threads),
         factor_(tree_, bonds_, kernels_, options.many_samples && tree_.factor_entries <= kMostKept, scratch_),
         batch_(network, tree_, bonds_, factor_, kernels_, options.break_on, tree.precision, scratch_, times),
         responds_(tree.responses && TreeResponse::is_worthwhile(network)),

@@ -335,12 +335,12 @@ bool TreeBatch::copy_state(int state, std::span<double> u) {
     return true;
   }
   const PhaseScope scope(times_, Phase::solve);
-  std::vector<double> x(tree_.positions());
+  one_.resize(tree_.positions());
   columns_.combine_one(std::span(prediction_.column).first(prediction_.waiting + state),
-                       prediction_.coefficient[state / kLanes].data() + state % kLanes, x);
-  factor_.substitute_back(x);
+                       prediction_.coefficient[state / kLanes].data() + state % kLanes, one_);
+  factor_.substitute_back(one_);
   std::ranges::fill(u, 0.0);
-  for (Position at = 0; at < tree_.positions(); ++at) u[tree_.dof[at]] = x[at];
+  for (Position at = 0; at < tree_.positions(); ++at) u[tree_.dof[at]] = one_[at];
   return true;
 }
 

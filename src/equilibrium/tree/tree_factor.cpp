@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <set>
 
 #include "crackle/equilibrium/tree/tree_multifrontal.hpp"
@@ -30,14 +29,10 @@ TreeFactor::TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const 
       diagonal_(tree.positions()),
       inverse_(tree.positions()),
       changed_at_(tree.fronts(), 0),
-      on_path_(tree.fronts(), 0),
-      scratch_(scratch),
-      slack_(kLanes) {
+      downdate_(tree, bonds, kernels, scratch) {
   std::int32_t tallest = 0;
   for (const Front& front : tree.front) tallest = std::max(tallest, front.stride);
-  columns_.resize(static_cast<std::size_t>(tallest) * kLanes);
-  sorted_.reserve(kLanes);
-  path_.reserve(tree.fronts());
+  column_.resize(tallest);
 }
 
 void TreeFactor::factorize(std::span<const std::uint8_t> broken) {
@@ -116,81 +111,24 @@ void TreeFactor::solve_held(std::span<const double> load, std::span<double> x) c
 }
 
 void TreeFactor::substitute_back(std::span<double> x) const {
-  std::vector<double> boundary;
-  for (FrontId f = tree_.fronts() - 2; f >= 0; --f) {
-    const Front& front = tree_.front[f];
-    const double* entries = entries_.data() + front.block;
-    double* own = x.data() + front.first;
-    boundary.clear();
-    for (const Position at : tree_.boundary(f)) boundary.push_back(x[at]);
-    if (front.boundary > 0) {
-      cblas_dgemv(CblasColMajor, CblasTrans, front.boundary, front.pivots, -1.0, entries + front.pivots,
-                  front.stride, boundary.data(), 1, 1.0, own, 1);
-    }
-    cblas_dtrsv(CblasColMajor, CblasLower, CblasTrans, CblasUnit, front.pivots, entries, front.stride, own,
-                1);
-  }
+  for (FrontId f = tree_.fronts() - 2; f >= 0; --f)
+    kernels_.settle(block(f), x.data() + tree_.front[f].first, x.data(), column_.data(), nullptr, nullptr);
 }
 
 double TreeFactor::downdate(std::span<const BondId> bonds) {
   assert(has_no_twins(bonds));
   double smallest = 1;
   held_slack_ = 1;
-  for (std::size_t done = 0; done < bonds.size(); done += kLanes) {
-    smallest = std::min(
-        smallest, downdate_lanes(bonds.subspan(done, std::min<std::size_t>(kLanes, bonds.size() - done))));
+  for (std::size_t done = 0; done < bonds.size(); done += TreeDowndate::kMost) {
+    const std::size_t count = std::min<std::size_t>(TreeDowndate::kMost, bonds.size() - done);
+    const TreeDowndate::Slack slack =
+        downdate_.run(bonds.subspan(done, count), {entries_, diagonal_, inverse_});
+    ++changes_;
+    for (const FrontId f : downdate_.path()) changed_at_[f] = changes_;
+    smallest = std::min(smallest, slack.smallest);
+    held_slack_ = std::min(held_slack_, slack.held);
   }
   return smallest;
-}
-
-double TreeFactor::downdate_lanes(std::span<const BondId> bonds) {
-  const TreeScratch::Loan loan(scratch_);
-  double* const rows = loan.data();
-  sorted_.assign(bonds.begin(), bonds.end());
-  std::ranges::sort(sorted_, {}, [&](BondId e) { return bonds_.owner[e]; });
-  assert(sorted_.empty() || bonds_.owner[sorted_.front()] >= 0);
-  for (std::size_t j = 0; j < sorted_.size(); ++j) {
-    for (int i = 0; i < bonds_.width; ++i) {
-      rows[static_cast<std::size_t>(bonds_.rows(sorted_[j])[i]) * kLanes + j] += bonds_.values(sorted_[j])[i];
-    }
-  }
-  std::ranges::fill(slack_, 1.0);
-  find_path(tree_, bonds_, sorted_, on_path_, path_);
-  ++changes_;
-  for (const FrontId f : path_) {
-    changed_at_[f] = changes_;
-    // all that is left is the plate
-    if (f + 1 == tree_.fronts()) held_slack_ = std::min(held_slack_, *std::ranges::min_element(slack_));
-    downdate_front(f, rows);
-  }
-  const double smallest = *std::ranges::min_element(slack_);
-  return std::isfinite(smallest) ? smallest : 0;
-}
-
-void TreeFactor::downdate_front(FrontId f, double* rows) {
-  const Front& front = tree_.front[f];
-  const auto below = [&](BondId e) { return bonds_.owner[e] < front.first_descendant; };
-  const auto within = [&](BondId e) { return bonds_.owner[e] <= f; };
-  const std::size_t begin = std::ranges::partition_point(sorted_, below) - sorted_.begin();
-  const std::size_t end = std::ranges::partition_point(sorted_, within) - sorted_.begin();
-  const auto boundary = tree_.boundary(f);
-  double* pivots = rows + static_cast<std::size_t>(front.first) * kLanes;
-  for (std::size_t j = begin; j < end; ++j) {
-    double* w = columns_.data() + (j - begin) * front.stride;
-    for (int i = 0; i < front.pivots; ++i) w[i] = pivots[i * kLanes + j];
-    for (int i = 0; i < front.boundary; ++i)
-      w[front.pivots + i] = rows[static_cast<std::size_t>(boundary[i]) * kLanes + j];
-    std::fill(w + front.pivots + front.boundary, w + front.stride, 0.0);
-  }
-  kernels_.downdate(block(f), entries_.data() + front.block, diagonal_.data() + front.first,
-                    inverse_.data() + front.first, columns_.data(), static_cast<int>(end - begin),
-                    slack_.data() + begin);
-  for (std::size_t j = begin; j < end; ++j) {
-    const double* w = columns_.data() + (j - begin) * front.stride + front.pivots;
-    for (int i = 0; i < front.boundary; ++i) rows[static_cast<std::size_t>(boundary[i]) * kLanes + j] = w[i];
-  }
-  std::fill_n(pivots, static_cast<std::size_t>(front.pivots) * kLanes, 0.0);
-  entries_updated_ += 2 * static_cast<std::int64_t>(front.stride) * front.pivots;
 }
 
 }  // namespace crackle

@@ -7,14 +7,14 @@
 #pragma once
 
 #include "tree_kernels_response.hpp"
+#include "tree_kernels_shared.hpp"
 #include "tree_kernels_single.hpp"
-#include "tree_kernels_solve.hpp"
 
 namespace crackle {
 
 template <class Isa>
-struct KernelBody : SolveBody<Isa> {
-  using Base = SolveBody<Isa>;
+struct KernelBody : SharedBody<Isa> {
+  using Base = SharedBody<Isa>;
   using Narrow = SingleBody<Isa>;
   using Base::at;
   using Base::kChunk;
@@ -94,35 +94,31 @@ struct KernelBody : SolveBody<Isa> {
     }
   }
 
-  /// What one vector does to one column: w -= p l, then l += b w.
-  struct Step {
-    double p;
-    double b;
-  };
-
+  /// Rows first .. last - 1 of columns k .. k + Columns - 1, and of Count vectors.
   template <int Columns, int Count>
-  static void downdate_rows(const FrontBlock& front, double* entries, int k, double* w, const Step* step) {
+  static void downdate_tile(const FrontBlock& front, double* entries, int k, double* w, std::ptrdiff_t first,
+                            std::ptrdiff_t last, const DowndateStep* step) {
     double* column = entries + k * front.stride;
-    std::ptrdiff_t i = k + Columns;
+    std::ptrdiff_t i = first;
     // One row at a time up to where every column and every w is on a whole vector.
     const std::ptrdiff_t aligned = (i + kVec - 1) / kVec * kVec;
     for (; i < aligned; ++i) {
       for (int c = 0; c < Columns; ++c) {
         for (int j = 0; j < Count; ++j) {
-          const Step s = step[c * Count + j];
+          const DowndateStep s = step[c * Count + j];
           w[i + j * front.stride] -= s.p * column[i + c * front.stride];
           column[i + c * front.stride] += s.b * w[i + j * front.stride];
         }
       }
     }
-    for (; i < front.stride; i += kVec) {
+    for (; i < last; i += kVec) {
       Vec l[Columns];
       Vec v[Count];
       for (int c = 0; c < Columns; ++c) l[c] = at(column + i + c * front.stride);
       for (int j = 0; j < Count; ++j) v[j] = at(w + i + j * front.stride);
       for (int c = 0; c < Columns; ++c) {
         for (int j = 0; j < Count; ++j) {
-          const Step s = step[c * Count + j];
+          const DowndateStep s = step[c * Count + j];
           v[j] -= s.p * l[c];
           l[c] += s.b * v[j];
         }
@@ -132,11 +128,10 @@ struct KernelBody : SolveBody<Isa> {
     }
   }
 
-  /// Columns k .. k + Columns - 1, vectors 0 .. Count - 1.
+  /// What Count vectors do to columns k .. k + Columns - 1, in the triangle of these rows.
   template <int Columns, int Count>
-  static void downdate_panel(const FrontBlock& front, double* entries, int k, double* diagonal,
-                             double* inverse, double* w, double* slack) {
-    Step step[Columns * Count];
+  static void downdate_triangle(const FrontBlock& front, double* entries, int k, double* diagonal,
+                                double* inverse, double* w, double* slack, DowndateStep* step) {
     for (int c = 0; c < Columns; ++c) {
       double* column = entries + (k + c) * front.stride + k;
       for (int j = 0; j < Count; ++j) {
@@ -160,31 +155,62 @@ struct KernelBody : SolveBody<Isa> {
         }
       }
     }
-    downdate_rows<Columns, Count>(front, entries, k, w, step);
   }
 
-  template <int Columns>
-  static void downdate_columns(const FrontBlock& front, double* entries, int k, double* diagonal,
-                               double* inverse, double* w, int count, double* slack) {
+  /// act(Size<columns>, Size<vectors>, first column, first vector) in the order in which a downdate goes: a few columns at a
+  /// time take all vectors, a few at a time.
+  template <int N>
+  struct Size {
+    static constexpr int value = N;
+  };
+  template <int Columns, class Act>
+  static void for_each_vector(int k, int count, Act act) {
     int j = 0;
-    for (; j + 4 <= count; j += 4) {
-      downdate_panel<Columns, 4>(front, entries, k, diagonal, inverse, w + j * front.stride, slack + j);
-    }
-    for (; j + 2 <= count; j += 2) {
-      downdate_panel<Columns, 2>(front, entries, k, diagonal, inverse, w + j * front.stride, slack + j);
-    }
-    if (j < count)
-      downdate_panel<Columns, 1>(front, entries, k, diagonal, inverse, w + j * front.stride, slack + j);
+    for (; j + 4 <= count; j += 4) act(Size<Columns>{}, Size<4>{}, k, j);
+    for (; j + 2 <= count; j += 2) act(Size<Columns>{}, Size<2>{}, k, j);
+    if (j < count) act(Size<Columns>{}, Size<1>{}, k, j);
+  }
+  template <class Act>
+  static void for_each_tile(int begin, int end, int count, Act act) {
+    int k = begin;
+    for (; k + 8 <= end; k += 8) for_each_vector<8>(k, count, act);
+    for (; k + 2 <= end; k += 2) for_each_vector<2>(k, count, act);
+    if (k < end) for_each_vector<1>(k, count, act);
   }
 
   static void downdate(const FrontBlock& front, double* entries, double* diagonal, double* inverse, double* w,
                        int count, double* slack) {
-    int k = 0;
-    for (; k + 8 <= front.pivots; k += 8)
-      downdate_columns<8>(front, entries, k, diagonal, inverse, w, count, slack);
-    for (; k + 2 <= front.pivots; k += 2)
-      downdate_columns<2>(front, entries, k, diagonal, inverse, w, count, slack);
-    if (k < front.pivots) downdate_columns<1>(front, entries, k, diagonal, inverse, w, count, slack);
+    for_each_tile(0, front.pivots, count, [&](auto columns, auto vectors, int k, int j) {
+      constexpr int kColumns = decltype(columns)::value;
+      constexpr int kCount = decltype(vectors)::value;
+      DowndateStep step[kColumns * kCount];
+      double* own = w + j * front.stride;
+      downdate_triangle<kColumns, kCount>(front, entries, k, diagonal, inverse, own, slack + j, step);
+      downdate_tile<kColumns, kCount>(front, entries, k, own, k + kColumns, front.stride, step);
+    });
+  }
+
+  static void downdate_columns(const FrontBlock& front, double* entries, double* diagonal, double* inverse,
+                               double* w, int count, double* slack, int begin, int end, int stop,
+                               DowndateStep* step) {
+    for_each_tile(begin, end, count, [&](auto columns, auto vectors, int k, int j) {
+      constexpr int kColumns = decltype(columns)::value;
+      constexpr int kCount = decltype(vectors)::value;
+      double* own = w + j * front.stride;
+      downdate_triangle<kColumns, kCount>(front, entries, k, diagonal, inverse, own, slack + j, step);
+      downdate_tile<kColumns, kCount>(front, entries, k, own, k + kColumns, stop, step);
+      step += kColumns * kCount;
+    });
+  }
+
+  static void downdate_rows(const FrontBlock& front, double* entries, double* w, int count, int begin,
+                            int end, int first, int last, const DowndateStep* step) {
+    for_each_tile(begin, end, count, [&](auto columns, auto vectors, int k, int j) {
+      constexpr int kColumns = decltype(columns)::value;
+      constexpr int kCount = decltype(vectors)::value;
+      downdate_tile<kColumns, kCount>(front, entries, k, w + j * front.stride, first, last, step);
+      step += kColumns * kCount;
+    });
   }
 
   template <int Width, bool Magnitude>
@@ -219,6 +245,7 @@ struct KernelBody : SolveBody<Isa> {
     return {.name = name,
             .forward = Base::forward,
             .forward_one = Base::forward_one,
+            .forward_rows = Base::forward_rows,
             .backward = Base::backward,
             .gram = gram,
             .combine = Base::combine,
@@ -226,6 +253,8 @@ struct KernelBody : SolveBody<Isa> {
             .products = products,
             .ratios = ratios,
             .downdate = downdate,
+            .downdate_columns = downdate_columns,
+            .downdate_rows = downdate_rows,
             .settle = Narrow::settle,
             .combine_single = Base::combine_single,
             .backward_single = Narrow::backward_single,

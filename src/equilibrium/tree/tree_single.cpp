@@ -106,6 +106,7 @@ double TreeSingle::bytes(const SeparatorTree& tree, int lanes) {
 
 void TreeSingle::set_limits(std::span<const double> limit) {
   assert(limit.size() == limit_.size());
+  guess_.fill(0);  // what is listed, and so what follows, doesn't depend on the samples before
   in_range_ = values_in_range_ &&
               std::ranges::all_of(limit, [](double each) { return each > 0 && is_moderate(each); });
   std::ranges::transform(limit, limit_.begin(), [](double each) { return static_cast<float>(each); });

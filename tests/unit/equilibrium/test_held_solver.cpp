@@ -17,7 +17,7 @@ class Lent final : public HeldFactor {
   Lent(const Network& network, double share)
       : tree_(make_separator_tree(network, Dissection::automatic, 4)),
         bonds_(make_tree_bonds(network, tree_)),
-        scratch_(static_cast<std::size_t>(tree_.positions()) * kLanes),
+        scratch_(tree_),
         factor_(tree_, bonds_, *tree_kernels().front(), false, scratch_),
         share_(share) {
     factor_.factorize({});

@@ -20,6 +20,7 @@ struct TreeOptions {
   Precision precision = Precision::single;  ///< of the search; loads, forces and order are those of double
   bool responses = true;                    ///< small networks by TreeResponse, as far as that goes
   const TreeKernels* kernels = nullptr;     ///< one of tree_kernels(); nullptr: the fastest
+  int threads = 1;  ///< of one sample, 1 .. ThreadTeam::kMost: the same bits with any number
 };
 
 /// What the strategy did, summed over all samples.

@@ -111,6 +111,7 @@ class TreeBatch {
   std::vector<VerifiedBreak> verified_;
   std::vector<double> plate_;       // [verified breaks] of their states
   bool exact_ = true;               // the last pass was in double
+  std::vector<double> one_;         // [positions] workspace of copy_state
   std::vector<BondId> contenders_;  // workspace of confirm_state
   CertainState last_;
   bool blind_ = false;                                    // the next pass looks at every bond

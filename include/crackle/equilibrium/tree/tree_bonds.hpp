@@ -1,11 +1,13 @@
 /// The bonds in the terms of a separator tree.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "crackle/equilibrium/tree/separator_tree.hpp"
+#include "crackle/equilibrium/tree/tree_kernels.hpp"
 #include "crackle/network/network.hpp"
 
 namespace crackle {
@@ -25,6 +27,12 @@ struct TreeBonds {
   }
   [[nodiscard]] std::span<const double> values(BondId e) const {
     return {value.data() + static_cast<std::size_t>(place[e]) * width, static_cast<std::size_t>(width)};
+  }
+  /// Those that fronts first .. last own, of bonds in the order of their owners: places begin .. end - 1.
+  [[nodiscard]] LaneRange owned_by(std::span<const BondId> sorted, FrontId first, FrontId last) const {
+    const auto owner_of = [this](BondId e) { return owner[e]; };
+    return {static_cast<int>(std::ranges::lower_bound(sorted, first, {}, owner_of) - sorted.begin()),
+            static_cast<int>(std::ranges::upper_bound(sorted, last, {}, owner_of) - sorted.begin())};
   }
 };
 

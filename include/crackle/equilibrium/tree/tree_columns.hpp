@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "crackle/base/aligned.hpp"
@@ -20,7 +21,7 @@ class TreeColumns {
  public:
   static constexpr int kMost = 24 * kLanes;  ///< columns there is room for; at most 32 panels
 
-  /// All arguments must outlive this; scratch: see TreeFactor.
+  /// All arguments must outlive this; scratch: see TreeFactor. Its threads share the work.
   TreeColumns(const SeparatorTree& tree, const TreeBonds& bonds, const TreeFactor& factor,
               const TreeKernels& kernels, TreeScratch& scratch);
 
@@ -60,10 +61,7 @@ class TreeColumns {
   /// A front on a panel's path.
   struct Place {
     std::int32_t offset = -1;  // first row of its pivots in Panel::rows; -1: not on the path
-    std::int16_t begin = 0;    // lanes whose bonds lie below it; zero in all others
-    std::int16_t end = 0;
-
-    [[nodiscard]] int lanes() const { return end - begin; }
+    LaneRange lanes;           // whose bonds lie below it; zero in all others
   };
   struct Panel {
     std::vector<FrontId> path;
@@ -71,11 +69,20 @@ class TreeColumns {
     AlignedVector rows;        // kLanes wide
   };
 
+  void lay_out(Panel& panel, std::span<const BondId> bonds);
   void solve(Panel& panel, std::span<const BondId> bonds);
+  void solve_part(Panel& panel, std::span<const BondId> bonds, const PartOfPath& at, int member,
+                  const TreeScratch::Loan& loan);
+  void solve_alone(const FrontBlock& block, double* pivots, double* x, const LaneRange& lanes, int member);
+  void solve_together(const FrontBlock& block, double* pivots, double* x, const LaneRange& lanes);
+  void keep(Panel& panel, FrontId f, double* pivots);
   void multiply(int a, int b);
+
   void spread(std::span<const int> columns, const double* coefficient);
+  [[nodiscard]] PanelPart part_at(FrontId f, int p) const;
+  [[nodiscard]] bool takes_part(FrontId f, std::uint32_t panels) const;
   template <class Act>
-  void for_each_front(Act act);
+  void for_each_front(std::vector<FrontId>& fronts, const Act& act);
 
   const SeparatorTree& tree_;
   const TreeBonds& bonds_;
@@ -90,7 +97,10 @@ class TreeColumns {
   AlignedVector gram_;  // kMost x kMost
   TreeScratch& scratch_;
   std::vector<BondId> sorted_;
-  AlignedVector column_;  // [tallest front] workspace of the kernels
+  std::vector<PartOfPath> parts_;  // of a panel's path
+  std::vector<FrontId> top_;
+  std::vector<std::pair<int, int>> pairs_;  // of panels, to be multiplied
+  std::vector<AlignedVector> column_;       // [threads][tallest front] workspace of the kernels
   // Of a combination, by panel and lane:
   std::array<std::int32_t, kMost / kLanes + 1>
       used_start_{};                             // [panels + 1] where each panel's columns start

@@ -14,6 +14,7 @@
 #include "crackle/base/aligned.hpp"
 #include "crackle/equilibrium/tree/separator_tree.hpp"
 #include "crackle/equilibrium/tree/tree_bonds.hpp"
+#include "crackle/equilibrium/tree/tree_downdate.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
 #include "crackle/equilibrium/tree/tree_multifrontal.hpp"
 #include "crackle/equilibrium/tree/tree_scratch.hpp"
@@ -26,8 +27,7 @@ inline constexpr std::size_t kLookAhead = 1 << 14;
 
 class TreeFactor {
  public:
-  /// Keeps a copy of the first factorization if `keep_intact`. All arguments must outlive this; scratch: positions x
-  /// kLanes.
+  /// Keeps a copy of the first factorization if `keep_intact`. All arguments must outlive this; scratch: this tree's.
   TreeFactor(const SeparatorTree& tree, const TreeBonds& bonds, const TreeKernels& kernels, bool keep_intact,
              TreeScratch& scratch);
 
@@ -53,16 +53,7 @@ class TreeFactor {
   /// x, by positions, becomes L^-T x.
   void substitute_back(std::span<double> x) const;
 
-  [[nodiscard]] FrontBlock block(FrontId f) const {
-    const Front& front = tree_.front[f];
-    return {entries_.data() + front.block,
-            tree_.row.data() + front.rows,
-            front.stride,
-            front.pivots,
-            front.boundary,
-            nullptr,
-            nullptr};
-  }
+  [[nodiscard]] FrontBlock block(FrontId f) const { return block_of(tree_, f, entries_.data()); }
   /// The same, for a forward pass that goes on to front `next`.
   [[nodiscard]] FrontBlock block(FrontId f, FrontId next) const {
     FrontBlock made = block(f);
@@ -82,15 +73,13 @@ class TreeFactor {
   /// Of the last factorization, or of the intact one that restore brought back.
   [[nodiscard]] const TreePivots& pivots() const { return pivots_; }
   /// Entries that downdates read and wrote since the start.
-  [[nodiscard]] std::int64_t entries_updated() const { return entries_updated_; }
+  [[nodiscard]] std::int64_t entries_updated() const { return downdate_.entries_updated(); }
   [[nodiscard]] std::int64_t factorizations() const { return factorizations_; }
 
  private:
   template <class Copy>
   void for_each_column(Copy copy);
   void note_change_of_all();
-  double downdate_lanes(std::span<const BondId> bonds);
-  void downdate_front(FrontId f, double* rows);
 
   const SeparatorTree& tree_;
   const TreeBonds& bonds_;
@@ -106,16 +95,9 @@ class TreeFactor {
   TreePivots intact_pivots_;
   std::int64_t changes_ = 0;
   std::vector<std::int64_t> changed_at_;  // [fronts]
-  std::int64_t entries_updated_ = 0;
   std::int64_t factorizations_ = 0;
-
-  // A downdate of at most kLanes bonds, sorted by owner so that a subtree's are contiguous.
-  std::vector<BondId> sorted_;
-  std::vector<FrontId> path_;
-  std::vector<std::uint8_t> on_path_;  // [fronts]
-  TreeScratch& scratch_;               // lane j: what bond j's vector has become
-  AlignedVector columns_;              // [largest stride * kLanes] the same over one front, by columns
-  std::vector<double> slack_;          // [kLanes]
+  mutable AlignedVector column_;  // [tallest front] workspace of substitute_back
+  TreeDowndate downdate_;
   double held_slack_ = 1;
 };
 

@@ -17,6 +17,8 @@ inline constexpr int kLanes = 16;  ///< right-hand sides in one pass; a row is t
 /// States of one pass, in groups of kLanes: a second group finds each front's block still in the cache.
 inline constexpr int kMostGroups = 2;
 inline constexpr int kMostStates = kMostGroups * kLanes;
+/// Rows of a front that a kernel works on at once, at most: where a front may be cut.
+inline constexpr int kRowsTogether = 16;
 
 /// The numeric block of a front: unit lower triangle of p rows, then q boundary rows; zeros pad the columns.
 struct FrontBlock {
@@ -101,6 +103,20 @@ struct PanelPart {
   int columns = 0;
 };
 
+/// Lanes begin .. end - 1 of a row.
+struct LaneRange {
+  int begin = 0;
+  int end = 0;
+
+  [[nodiscard]] int size() const { return end - begin; }
+};
+
+/// What one vector of a downdate does to one column: w -= p l, then l += b w.
+struct DowndateStep {
+  double p;
+  double b;
+};
+
 struct TreeKernels {
   const char* name;
 
@@ -110,6 +126,11 @@ struct TreeKernels {
 
   /// The same in one lane, the one that pivots and x point to. column: workspace [stride].
   void (*forward_one)(const FrontBlock& front, double* pivots, double* x, double* column);
+
+  /// The same step by step, and to the same bits: rows first .. last - 1 of the front lose columns begin .. end - 1, which
+  /// are solved, or are among these rows and come before them. Rows from `end` on are independent of each other.
+  void (*forward_rows)(const FrontBlock& front, double* pivots, double* x, const LaneRange& lanes, int begin,
+                       int end, int first, int last);
 
   /// The pivots' rows become L^-T of themselves, boundary rows of x given.
   void (*backward)(const FrontBlock& front, double* pivots, const double* x);
@@ -143,6 +164,16 @@ struct TreeKernels {
   /// entries: those of the front, to be written.
   void (*downdate)(const FrontBlock& front, double* entries, double* diagonal, double* inverse, double* w,
                    int count, double* slack);
+
+  /// The same in two halves, and to the same bits. First columns begin .. end - 1 on the rows before `stop`; into `step`
+  /// [(end - begin) * count] what the rows from there on have to go through. begin, end, stop: multiples of
+  /// kRowsTogether, or the front's pivots (end) and stride (stop), and stop >= end.
+  void (*downdate_columns)(const FrontBlock& front, double* entries, double* diagonal, double* inverse,
+                           double* w, int count, double* slack, int begin, int end, int stop,
+                           DowndateStep* step);
+  /// Then rows first .. last - 1 of these columns and of w, each on its own: multiples of kRowsTogether, or the stride.
+  void (*downdate_rows)(const FrontBlock& front, double* entries, double* w, int count, int begin, int end,
+                        int first, int last, const DowndateStep* step);
 
   /// `backward` with one right-hand side: pivots and x are rows of one number each. On the way, unless `single` is
   /// nullptr, the block goes there in single precision (see SingleBlock), and to sum[p], for each column, what is below

@@ -10,6 +10,7 @@
 
 #include "crackle/equilibrium/tree/separator_tree.hpp"
 #include "crackle/equilibrium/tree/tree_bonds.hpp"
+#include "crackle/equilibrium/tree/tree_kernels.hpp"
 
 namespace crackle {
 
@@ -19,6 +20,18 @@ struct FactorStorage {
   std::span<double> diagonal;  ///< [positions] D; 0: pinned
   std::span<double> inverse;   ///< [positions] 1/D; 0: pinned
 };
+
+/// A front of those entries.
+[[nodiscard]] inline FrontBlock block_of(const SeparatorTree& tree, FrontId f, const double* entries) {
+  const Front& front = tree.front[f];
+  return {entries + front.block,
+          tree.row.data() + front.rows,
+          front.stride,
+          front.pivots,
+          front.boundary,
+          nullptr,
+          nullptr};
+}
 
 struct TreePivots {
   int null = 0;         ///< pinned; the last pivot, the plate's, is never one

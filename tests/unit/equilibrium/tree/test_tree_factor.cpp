@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "crackle/equilibrium/tree/tree_factor.hpp"
 #include "support/dense_reference.hpp"
@@ -21,7 +22,7 @@ struct Factors {
                    const TreeKernels& kernels = *tree_kernels().front())
       : tree(make_separator_tree(network, how, 4)),
         bonds(make_tree_bonds(network, tree)),
-        scratch(static_cast<std::size_t>(tree.positions()) * kLanes),
+        scratch(tree),
         factor(tree, bonds, kernels, keep, scratch),
         fresh(tree, bonds, kernels, false, scratch) {
     factor.restore();
@@ -140,8 +141,8 @@ TEST(TreeFactor, TakesManyBondsAtOnceAsOneByOne) {
       Factors together(named.network);
       Factors apart(named.network);
       std::vector<BondId> some(bonds.begin(), bonds.begin() + static_cast<std::ptrdiff_t>(count));
-      // up to kLanes bonds are taken by owner; in that order even the slacks are the same
-      std::ranges::stable_sort(some, {}, [&](BondId e) { return together.bonds.owner[e]; });
+      // they are taken by owner, then by number; in that order even the slacks are the same
+      std::ranges::sort(some, {}, [&](BondId e) { return std::pair(together.bonds.owner[e], e); });
       double smallest = 1;
       for (const BondId e : some) smallest = std::min(smallest, apart.factor.downdate(std::array{e}));
       EXPECT_NEAR(together.factor.downdate(some), smallest, 1e-12) << count;
@@ -150,6 +151,25 @@ TEST(TreeFactor, TakesManyBondsAtOnceAsOneByOne) {
       std::ranges::reverse(some);
       EXPECT_GT(mixed.factor.downdate(some), 0.01);
       EXPECT_LT(largest_difference(mixed.entries(mixed.factor), apart.entries(apart.factor)), 1e-12);
+    }
+  }
+}
+
+TEST(TreeFactor, TakesMoreBondsThanOnePassDoes) {
+  for (const test::NamedNetwork& named : test::triangular_networks(24)) {
+    for (const int more : {-1, 0, 1, 30}) {
+      SCOPED_TRACE(named.name + " " + std::to_string(more));
+      Factors made(named.network, false);
+      std::vector<BondId> bonds;
+      std::vector<std::uint8_t> broken(named.network.bonds(), 0);
+      for (BondId e = 7; std::ssize(bonds) < TreeDowndate::kMost + more; e += 13) {
+        if (!named.network.can_stretch(e)) continue;
+        bonds.push_back(e);
+        broken[e] = 1;
+      }
+      EXPECT_GT(made.factor.downdate(bonds), 0.01);
+      made.fresh.factorize(broken);
+      EXPECT_LT(largest_difference(made.entries(made.factor), made.entries(made.fresh)), 1e-12);
     }
   }
 }

@@ -143,7 +143,7 @@ struct Alone {
   const Network& network;
   SeparatorTree tree = make_separator_tree(network, Dissection::automatic);
   TreeBonds bonds = make_tree_bonds(network, tree);
-  TreeScratch scratch{static_cast<std::size_t>(tree.positions()) * kLanes};
+  TreeScratch scratch{tree};
   TreeFactor factor{tree, bonds, *tree_kernels().front(), false, scratch};
 
   TreeResponse make() {

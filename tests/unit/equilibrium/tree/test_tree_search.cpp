@@ -29,7 +29,7 @@ struct Solver {
         kernels(with),
         tree(make_separator_tree(on, Dissection::automatic, 6)),
         bonds(make_tree_bonds(on, tree)),
-        scratch(static_cast<std::size_t>(tree.positions()) * kLanes),
+        scratch(tree),
         factor(tree, bonds, with, false, scratch) {
     factor.restore();
   }
