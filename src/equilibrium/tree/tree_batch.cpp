@@ -49,7 +49,7 @@ TreeBatch::TreeBatch(const Network& network, const SeparatorTree& tree, const Tr
       times_(times),
       columns_(tree, bonds, factor, kernels, scratch),
       search_(network, tree, bonds, factor, kernels, break_on,
-              precision == Precision::single ? groups_for(tree, precision) : 0),
+              precision == Precision::single ? groups_for(tree, precision) : 0, scratch),
       predictor_(network, kernels, break_on),
       followed_(network, search_, columns_),
       candidates_(search_, kRankedPerFirst * followed_.first()),

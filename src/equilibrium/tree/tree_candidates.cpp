@@ -74,6 +74,7 @@ void TreeCandidates::find_contenders(int state, double ratio, std::vector<BondId
     if (!(ratio_[i * stride_ + state] + search_.margin(bond_[i], state) < kBelow * ratio))
       contenders.push_back(bond_[i]);
   }
+  std::ranges::sort(contenders);  // candidates come in the order of the threads
 }
 
 VerifiedBreak TreeCandidates::largest(int state) const {

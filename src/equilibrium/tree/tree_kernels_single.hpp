@@ -114,19 +114,21 @@ struct SingleBody {
     }
   }
 
-  /// Rows tiles of exactly `rows` in 1 .. Most.
+  /// Tiles of exactly `rows` rows in 1 .. Most, lanes begin .. end - 1.
   template <int Most, int V, int Lanes>
   static void backward_rows(int rows, const SingleBlock& front, int k, float* pivots, const float* x,
-                            float* most) {
+                            int begin, int end, float* most) {
     if constexpr (Most > 1) {
-      if (rows < Most) return backward_rows<Most - 1, V, Lanes>(rows, front, k, pivots, x, most);
+      if (rows < Most) return backward_rows<Most - 1, V, Lanes>(rows, front, k, pivots, x, begin, end, most);
     }
-    for (int lane = 0; lane < Lanes; lane += V * kSingle)
+    for (int lane = begin; lane < end; lane += V * kSingle)
       backward_tile<Most, V, Lanes>(front, k, pivots, x, lane, most);
   }
 
-  template <int Lanes>
-  static void backward_lanes(const SingleBlock& front, float* pivots, const float* x, float* most) {
+  /// Tiles are the same whatever part of the lanes is solved for: V vectors of it at a time.
+  template <int V, int Lanes>
+  static void backward_lanes(const SingleBlock& front, float* pivots, const float* x, int begin, int end,
+                             float* most) {
     constexpr int kVectors = Lanes / kSingle < 2 ? 1 : 2;
     constexpr int kRows = Isa::template kSingleRows<kVectors>;
     constexpr int kMost = Isa::template kSingleMostRows<kVectors>;
@@ -135,16 +137,19 @@ struct SingleBody {
       // down to where whole tiles are left
       const int rows = k <= kMost ? k : (k % kRows == 0 ? kRows : k % kRows);
       k -= rows;
-      backward_rows<kMost, kVectors, Lanes>(rows, front, k, pivots, x, most);
+      backward_rows<kMost, V, Lanes>(rows, front, k, pivots, x, begin, end, most);
     }
   }
 
-  static void backward_single(const SingleBlock& front, float* pivots, const float* x, int lanes,
-                              float* most) {
+  static void backward_single(const SingleBlock& front, float* pivots, const float* x, int lanes, int begin,
+                              int end, float* most) {
+    constexpr int kInGroup = kLanes / kSingle < 2 ? 1 : 2;  // vectors
     if (lanes == kLanes) {
-      backward_lanes<kLanes>(front, pivots, x, most);
+      backward_lanes<kInGroup, kLanes>(front, pivots, x, begin, end, most);
+    } else if (end - begin == lanes) {
+      backward_lanes<2, 2 * kLanes>(front, pivots, x, begin, end, most);
     } else {
-      backward_lanes<2 * kLanes>(front, pivots, x, most);
+      backward_lanes<kInGroup, 2 * kLanes>(front, pivots, x, begin, end, most);
     }
   }
 

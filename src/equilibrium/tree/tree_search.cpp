@@ -18,7 +18,7 @@ constexpr std::size_t kOwnCache = std::size_t{2} << 20;
 
 TreeSearch::TreeSearch(const Network& network, const SeparatorTree& tree, const TreeBonds& bonds,
                        const TreeFactor& factor, const TreeKernels& kernels, BreakOn break_on,
-                       int single_groups)
+                       int single_groups, TreeScratch& scratch)
     : network_(network),
       tree_(tree),
       bonds_(bonds),
@@ -28,7 +28,8 @@ TreeSearch::TreeSearch(const Network& network, const SeparatorTree& tree, const 
       far_(static_cast<std::size_t>(tree.positions()) * kLanes * sizeof(double) > kOwnCache),
       limit_(bonds.by_owner.size()) {
   if (single_groups > 0) {
-    single_ = std::make_unique<TreeSingle>(tree, bonds, factor, kernels, magnitude_, single_groups * kLanes);
+    single_ = std::make_unique<TreeSingle>(tree, bonds, factor, kernels, magnitude_, single_groups * kLanes,
+                                           scratch);
   }
   std::int32_t most = 0;
   for (FrontId f = 0; f < tree.fronts(); ++f) most = std::max(most, bonds.start[f + 1] - bonds.start[f]);

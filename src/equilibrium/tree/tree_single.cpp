@@ -20,11 +20,10 @@ constexpr double kRaised = 16 * kRounding;
 /// Rounding of g . d' itself, over the sum of |g_i| |d'|_max; and of a base that the difference outweighs.
 constexpr double kSumError = 6 * kRounding + kRaised;
 
-/// States that need more memory (bytes) than a core's own cache holds are asked for ahead of their use.
-constexpr std::size_t kOwnCache = std::size_t{1} << 20;
-
 /// Bonds that are looked at in one go, so that their unknowns are still in the first-level cache.
 constexpr std::int32_t kBondsTogether = 256;
+/// Bonds whose base is found by one thread in one go.
+constexpr std::int32_t kBasesTogether = 16'384;
 
 /// A margin is guessed before the differences that it is made of are known: so much above the last pass's.
 constexpr float kGuess = 2;
@@ -61,14 +60,14 @@ std::size_t lay_out(const SeparatorTree& tree, std::span<std::size_t> block) {
 }  // namespace
 
 TreeSingle::TreeSingle(const SeparatorTree& tree, const TreeBonds& bonds, const TreeFactor& factor,
-                       const TreeKernels& kernels, bool magnitude, int lanes)
+                       const TreeKernels& kernels, bool magnitude, int lanes, TreeScratch& scratch)
     : tree_(tree),
       bonds_(bonds),
       factor_(factor),
       kernels_(kernels),
       magnitude_(magnitude),
       lanes_(lanes),
-      far_(static_cast<std::size_t>(tree.positions()) * lanes * sizeof(float) > kOwnCache),
+      scratch_(scratch),
       block_(tree.fronts()),
       weight_(tree.fronts()),
       path_weight_(tree.fronts()),
@@ -77,7 +76,10 @@ TreeSingle::TreeSingle(const SeparatorTree& tree, const TreeBonds& bonds, const 
       base_single_(bonds.by_owner.size()),
       value_(bonds.value.begin(), bonds.value.end()),
       limit_(bonds.by_owner.size()),
-      x_(static_cast<std::size_t>(tree.positions()) * lanes) {
+      x_(static_cast<std::size_t>(tree.positions()) * lanes),
+      given_(tree.fronts(), 0),
+      member_(scratch.team().threads()),
+      share_(scratch.parts().part.size() + 1) {
   assert(lanes == kLanes || lanes == kMostStates);
   std::int32_t tallest = 0;
   std::int32_t widest = 0;
@@ -86,9 +88,11 @@ TreeSingle::TreeSingle(const SeparatorTree& tree, const TreeBonds& bonds, const 
     widest = std::max(widest, tree.front[f].pivots);
   }
   entries_.resize(lay_out(tree, block_));
-  column_.resize(tallest);
-  sum_.resize(widest);
-  found_.resize(kBondsTogether + 1);
+  for (Member& member : member_) {
+    member.column.resize(tallest);
+    member.sum.resize(widest);
+    member.found.resize(kBondsTogether + 1);
+  }
   for (std::size_t i = 0; i < bonds.value.size(); i += bonds.width) {
     double sum = 0;
     for (int j = 0; j < bonds.width; ++j) {
@@ -116,44 +120,55 @@ void TreeSingle::set_broken(std::int32_t place) {
   limit_[place] = std::numeric_limits<float>::infinity();
 }
 
+SingleBlock TreeSingle::block(FrontId f) const {
+  const Front& front = tree_.front[f];
+  return {entries_.data() + block_[f], tree_.row.data() + front.rows, height_of(front), front.pivots,
+          front.boundary};
+}
+
 void TreeSingle::refresh() {
   std::ranges::fill(u0_, 0.0);
   u0_.back() = *factor_.inverse_pivots(tree_.fronts() - 1);
-  double most = 0;  // on a path
-  for (FrontId f = tree_.fronts() - 1; f >= 0; --f) {
-    settle(f);
-    const FrontId parent = tree_.front[f].parent;
-    path_weight_[f] = weight_[f] + (parent < 0 ? 0 : path_weight_[parent]);
-    most = std::max(most, path_weight_[f]);
-  }
+  const TreeParts& parts = scratch_.parts();
+  for (std::size_t i = parts.top.size(); i-- > 0;) settle(parts.top[i], member_.front());
+  scratch_.team().for_each(static_cast<int>(parts.part.size()), [&](int turn, int member) {
+    for (FrontId f = parts.part[turn].root; f >= parts.part[turn].first; --f) settle(f, member_[member]);
+  });
   seen_ = factor_.changes();
   // ... and, generously, the rounding of this sum and of D
-  error_per_size_ = std::sqrt(most) * (1 + 1e-6) + kSumError * largest_value_;
-  find_base();
+  error_per_size_ =
+      std::sqrt(*std::ranges::max_element(path_weight_)) * (1 + 1e-6) + kSumError * largest_value_;
+  const auto bonds = static_cast<std::int32_t>(base_.size());
+  scratch_.team().for_each((bonds + kBasesTogether - 1) / kBasesTogether, [&](int turn, int) {
+    find_base(turn * kBasesTogether, std::min(bonds, (turn + 1) * kBasesTogether));
+  });
 }
 
 /// u0 of a front's pivots, and what of its block has changed.
-void TreeSingle::settle(FrontId f) {
+void TreeSingle::settle(FrontId f, Member& member) {
   const Front& front = tree_.front[f];
   const bool changed = factor_.changed_at(f) > seen_;
-  kernels_.settle(factor_.block(f), u0_.data() + front.first, u0_.data(), column_.data(),
-                  changed ? entries_.data() + block_[f] : nullptr, sum_.data());
-  if (!changed) return;
-  const double* inverse = factor_.inverse_pivots(f);
-  double weight = 0;
-  for (int c = 0; c < front.pivots; ++c) {
-    if (inverse[c] == 0) continue;  // pinned: D is 0
-    const double gamma = (longest_chain(front.pivots + front.boundary - c) + 3) * kRounding;
-    const double error = 2 * gamma * (0.5 + sum_[c]);
-    weight += error * error / inverse[c];
+  kernels_.settle(factor_.block(f), u0_.data() + front.first, u0_.data(), member.column.data(),
+                  changed ? entries_.data() + block_[f] : nullptr, member.sum.data());
+  if (changed) {
+    const double* inverse = factor_.inverse_pivots(f);
+    double weight = 0;
+    for (int c = 0; c < front.pivots; ++c) {
+      if (inverse[c] == 0) continue;  // pinned: D is 0
+      const double gamma = (longest_chain(front.pivots + front.boundary - c) + 3) * kRounding;
+      const double error = 2 * gamma * (0.5 + member.sum[c]);
+      weight += error * error / inverse[c];
+    }
+    weight_[f] = weight;
   }
-  weight_[f] = weight;
+  path_weight_[f] = weight_[f] + (front.parent < 0 ? 0 : path_weight_[front.parent]);
 }
 
-void TreeSingle::find_base() {
-  const Position* row = bonds_.row.data();
-  const double* value = bonds_.value.data();
-  for (std::size_t place = 0; place < base_.size(); ++place, row += bonds_.width, value += bonds_.width) {
+void TreeSingle::find_base(std::int32_t begin, std::int32_t end) {
+  const std::size_t first = static_cast<std::size_t>(begin) * bonds_.width;
+  const Position* row = bonds_.row.data() + first;
+  const double* value = bonds_.value.data() + first;
+  for (std::int32_t place = begin; place < end; ++place, row += bonds_.width, value += bonds_.width) {
     double stretch = 0;
     for (int i = 0; i < bonds_.width; ++i) stretch += value[i] * u0_[row[i]];
     base_[place] = stretch;
@@ -163,58 +178,101 @@ void TreeSingle::find_base() {
   }
 }
 
+/// Fronts at the top share their lanes among threads; then subtrees side by side.
 void TreeSingle::run(std::span<const std::vector<FrontId>> fronts, std::span<const double> cut,
                      std::vector<BondId>& candidates) {
   assert(fronts.size() * kLanes <= static_cast<std::size_t>(lanes_));
-  candidates.clear();
   guess_.fill(kGuess * *std::max_element(guess_.begin(), guess_.begin() + lanes_));
-  most_.fill(0);
-  for (int s = 0; s < lanes_; ++s) cut_[s] = static_cast<float>(cut[s]);
-  std::array<std::size_t, kMostGroups> left{};
-  for (std::size_t g = 0; g < fronts.size(); ++g) left[g] = fronts[g].size();
-  FrontId last = tree_.fronts() - 1;  // of those whose bonds have not been looked at
-  for (FrontId f = last; f >= 0; --f) {
-    solve_front(f, fronts, left);
-    if (f > 0 && bonds_.start[last + 1] - bonds_.start[f] < kBondsTogether) continue;
-    find_in(f, last, candidates);
-    last = f - 1;
+  for (Share& share : share_) {
+    share.most.fill(0);
+    share.candidates.clear();
   }
-  if (!guessed_well()) {
-    candidates.clear();
-    find_in(0, tree_.fronts() - 1, candidates);
+  for (int s = 0; s < lanes_; ++s) cut_[s] = static_cast<float>(cut[s]);
+  note_given(fronts);
+  const TreeParts& parts = scratch_.parts();
+  if (parts.part.empty()) {
+    solve_subtree(0, tree_.fronts() - 1, member_.front(), share_.back());
+  } else {
+    for (std::size_t i = parts.top.size(); i-- > 0;) solve_together(parts.top[i]);
+    scratch_.team().for_each(static_cast<int>(parts.part.size()), [&](int turn, int member) {
+      solve_subtree(parts.part[turn].first, parts.part[turn].root, member_[member], share_[turn]);
+    });
+  }
+  gather(candidates);
+}
+
+void TreeSingle::note_given(std::span<const std::vector<FrontId>> fronts) {
+  std::ranges::fill(given_, std::uint8_t{0});
+  for (std::size_t g = 0; g < fronts.size(); ++g) {
+    for (const FrontId f : fronts[g]) given_[f] = static_cast<std::uint8_t>(given_[f] | 1U << g);
   }
 }
 
-void TreeSingle::solve_front(FrontId f, std::span<const std::vector<FrontId>> fronts,
-                             std::span<std::size_t> left) {
+/// Right-hand sides that nobody has given are zero.
+void TreeSingle::clear_others(FrontId f) {
   const Front& front = tree_.front[f];
   float* pivots = x_.data() + static_cast<std::size_t>(front.first) * lanes_;
   for (int g = 0; g * kLanes < lanes_; ++g) {
-    if (g < std::ssize(fronts) && left[g] > 0 && fronts[g][left[g] - 1] == f) {
-      --left[g];
-    } else {
-      for (int i = 0; i < front.pivots; ++i) std::fill_n(pivots + i * lanes_ + g * kLanes, kLanes, 0.0F);
-    }
+    if ((given_[f] >> g & 1U) != 0) continue;
+    for (int i = 0; i < front.pivots; ++i) std::fill_n(pivots + i * lanes_ + g * kLanes, kLanes, 0.0F);
   }
-  kernels_.backward_single({entries_.data() + block_[f], tree_.row.data() + front.rows, height_of(front),
-                            front.pivots, front.boundary},
-                           pivots, x_.data(), lanes_, most_.data());
+}
+
+void TreeSingle::solve_front(FrontId f, Share& share) {
+  clear_others(f);
+  kernels_.backward_single(block(f), x_.data() + static_cast<std::size_t>(tree_.front[f].first) * lanes_,
+                           x_.data(), lanes_, 0, lanes_, share.most.data());
+}
+
+/// A front at the top: a group of lanes for each of two threads, if there are two.
+void TreeSingle::solve_together(FrontId f) {
+  Share& share = share_.back();
+  if (lanes_ == kLanes || !scratch_.shares(tree_.front[f].entries() * lanes_)) {
+    solve_front(f, share);
+  } else {
+    clear_others(f);
+    scratch_.team().for_each(lanes_ / kLanes, [&](int group, int) {
+      kernels_.backward_single(block(f), x_.data() + static_cast<std::size_t>(tree_.front[f].first) * lanes_,
+                               x_.data(), lanes_, group * kLanes, (group + 1) * kLanes, share.most.data());
+    });
+  }
+  find_in(f, f, member_.front(), share);
+}
+
+void TreeSingle::solve_subtree(FrontId first, FrontId last, Member& member, Share& share) {
+  for (FrontId f = last; f >= first; --f) {  // last: of those whose bonds have not been looked at
+    solve_front(f, share);
+    if (f > first && bonds_.start[last + 1] - bonds_.start[f] < kBondsTogether) continue;
+    find_in(f, last, member, share);
+    last = f - 1;
+  }
 }
 
 /// Looks at the bonds of fronts first .. last.
-void TreeSingle::find_in(FrontId first, FrontId last, std::vector<BondId>& candidates) {
+void TreeSingle::find_in(FrontId first, FrontId last, Member& member, Share& share) const {
   const auto find = magnitude_ ? kernels_.find_single_magnitude : kernels_.find_single_tension;
   for (std::int32_t begin = bonds_.start[first]; begin < bonds_.start[last + 1]; begin += kBondsTogether) {
     const std::size_t entry = static_cast<std::size_t>(begin) * bonds_.width;
-    const SingleBonds block{bonds_.row.data() + entry,
-                            value_.data() + entry,
-                            base_single_.data() + begin,
-                            limit_.data() + begin,
-                            std::min(bonds_.start[last + 1] - begin, kBondsTogether),
-                            bonds_.width};
-    const int hits = find(block, x_.data(), lanes_, cut_.data(), guess_.data(), found_.data());
-    for (int i = 0; i < hits; ++i) candidates.push_back(bonds_.by_owner[begin + found_[i]]);
+    const SingleBonds together{bonds_.row.data() + entry,
+                               value_.data() + entry,
+                               base_single_.data() + begin,
+                               limit_.data() + begin,
+                               std::min(bonds_.start[last + 1] - begin, kBondsTogether),
+                               bonds_.width};
+    const int hits = find(together, x_.data(), lanes_, cut_.data(), guess_.data(), member.found.data());
+    for (int i = 0; i < hits; ++i) share.candidates.push_back(bonds_.by_owner[begin + member.found[i]]);
   }
+}
+
+/// Of all parts. Where the margins were guessed too narrow, every bond is looked at again.
+void TreeSingle::gather(std::vector<BondId>& candidates) {
+  if (!guessed_well()) {
+    for (Share& share : share_) share.candidates.clear();
+    find_in(0, tree_.fronts() - 1, member_.front(), share_.back());
+  }
+  candidates.clear();
+  for (const Share& share : share_)
+    candidates.insert(candidates.end(), share.candidates.begin(), share.candidates.end());
 }
 
 /// The margins, now that the differences are known. Whether bonds were looked for with no less; guess_ becomes what they
@@ -222,7 +280,9 @@ void TreeSingle::find_in(FrontId first, FrontId last, std::vector<BondId>& candi
 bool TreeSingle::guessed_well() {
   bool well = true;
   for (int s = 0; s < lanes_; ++s) {
-    margin_[s] = error_per_size_ * most_[s];
+    float most = 0;
+    for (const Share& share : share_) most = share.most[s] > most ? share.most[s] : most;
+    margin_[s] = error_per_size_ * most;
     const float needed = rounded_up(margin_[s]);
     well = well && needed <= guess_[s];  // what is not a number was not guessed
     guess_[s] = needed;

@@ -185,8 +185,10 @@ struct TreeKernels {
   void (*combine_single)(const PanelPart* part, int parts, const double* weight, int rows, float* out,
                          int lanes);
 
-  /// `backward` in single precision with 16 or 32 lanes. most[lane] becomes |pivots' row| where that is larger.
-  void (*backward_single)(const SingleBlock& front, float* pivots, const float* x, int lanes, float* most);
+  /// `backward` in single precision with 16 or 32 lanes, of which begin .. end - 1 (multiples of kLanes) are solved for, to
+  /// the same bits whether together or not. most[lane] becomes |pivots' row| where that is larger.
+  void (*backward_single)(const SingleBlock& front, float* pivots, const float* x, int lanes, int begin,
+                          int end, float* most);
 
   /// ratio[lane] = |base + value . x| per_limit (tension: what is above 0), and whether ratio + margin per_limit reaches
   /// `least` in any of 16 or 32 lanes; what is not a number does.

@@ -27,7 +27,8 @@ class TreeSearch {
  public:
   /// All arguments must outlive this. groups: most that a single pass will have, 1 .. kMostGroups; 0: every pass is exact.
   TreeSearch(const Network& network, const SeparatorTree& tree, const TreeBonds& bonds,
-             const TreeFactor& factor, const TreeKernels& kernels, BreakOn break_on, int single_groups);
+             const TreeFactor& factor, const TreeKernels& kernels, BreakOn break_on, int single_groups,
+             TreeScratch& scratch);
 
   /// A sample's: [M], infinity for what is broken or can't break.
   void set_thresholds(std::span<const double> threshold);

@@ -26,14 +26,15 @@
 #include "crackle/equilibrium/tree/tree_bonds.hpp"
 #include "crackle/equilibrium/tree/tree_factor.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
+#include "crackle/equilibrium/tree/tree_scratch.hpp"
 
 namespace crackle {
 
 class TreeSingle {
  public:
-  /// All arguments must outlive this. lanes: states of a pass, kLanes or kMostStates.
+  /// All arguments must outlive this; the scratch's threads share the work. lanes: states of a pass, kLanes or kMostStates.
   TreeSingle(const SeparatorTree& tree, const TreeBonds& bonds, const TreeFactor& factor,
-             const TreeKernels& kernels, bool magnitude, int lanes);
+             const TreeKernels& kernels, bool magnitude, int lanes, TreeScratch& scratch);
 
   /// Bytes that such an object will take.
   [[nodiscard]] static double bytes(const SeparatorTree& tree, int lanes);
@@ -60,7 +61,7 @@ class TreeSingle {
   /// after the other (TreeColumns::combine).
   [[nodiscard]] float* states() { return x_.data(); }
 
-  /// Solves, and lists in `candidates`, ascending within a front, every bond that may exceed limit * cut[state] in some
+  /// Solves, and lists in `candidates`, in no order, every bond that may exceed limit * cut[state] in some
   /// state. fronts: where right-hand sides of a group are not zero, ascending. cut: [kMostStates] > 0.
   void run(std::span<const std::vector<FrontId>> fronts, std::span<const double> cut,
            std::vector<BondId>& candidates);
@@ -75,11 +76,29 @@ class TreeSingle {
   [[nodiscard]] double stretch(std::int32_t place, int state) const;
 
  private:
-  void settle(FrontId f);
-  void find_base();
-  void solve_front(FrontId f, std::span<const std::vector<FrontId>> fronts, std::span<std::size_t> left);
-  void find_in(FrontId first, FrontId last, std::vector<BondId>& candidates);
+  /// What a thread works in.
+  struct Member {
+    AlignedVector column;             // [tallest front]
+    std::vector<double> sum;          // [widest front]
+    std::vector<std::int32_t> found;  // [bonds looked at together]
+  };
+  /// What is found in a part of the tree.
+  struct Share {
+    alignas(AlignedAllocator<float>::kCacheLine) std::array<float, kMostStates> most{};  // |d'|_max
+    std::vector<BondId> candidates;
+  };
+
+  void settle(FrontId f, Member& member);
+  void find_base(std::int32_t begin, std::int32_t end);
+  void note_given(std::span<const std::vector<FrontId>> fronts);
+  void clear_others(FrontId f);
+  void solve_front(FrontId f, Share& share);
+  void solve_together(FrontId f);
+  void solve_subtree(FrontId first, FrontId last, Member& member, Share& share);
+  void find_in(FrontId first, FrontId last, Member& member, Share& share) const;
+  void gather(std::vector<BondId>& candidates);
   [[nodiscard]] bool guessed_well();
+  [[nodiscard]] SingleBlock block(FrontId f) const;
 
   const SeparatorTree& tree_;
   const TreeBonds& bonds_;
@@ -87,7 +106,7 @@ class TreeSingle {
   const TreeKernels& kernels_;
   bool magnitude_;
   int lanes_;
-  bool far_;  // the states don't fit into a core's cache
+  TreeScratch& scratch_;
   bool in_range_ = true;
   bool values_in_range_ = true;
   std::int64_t seen_ = 0;           // change of the factor that is taken over
@@ -103,13 +122,12 @@ class TreeSingle {
   SingleVector value_;               // [stretchable * width] of TreeBonds
   SingleVector limit_;               // [stretchable]
   SingleVector x_;                   // [positions * lanes]
-  alignas(AlignedAllocator<float>::kCacheLine) std::array<float, kMostStates> most_{};  // |d'|_max
+  std::vector<std::uint8_t> given_;  // [fronts] bit g: group g has right-hand sides there
   alignas(AlignedAllocator<float>::kCacheLine) std::array<float, kMostStates> cut_{};
   alignas(AlignedAllocator<float>::kCacheLine) std::array<float, kMostStates> guess_{};  // of margin_
   std::array<double, kMostStates> margin_{};
-  std::vector<double> sum_;          // workspace of settle
-  AlignedVector column_;             // workspace of settle
-  std::vector<std::int32_t> found_;  // workspace of find_in
+  std::vector<Member> member_;  // [threads]
+  std::vector<Share> share_;    // [parts + 1] the last one's is the top
 };
 
 }  // namespace crackle

@@ -117,7 +117,7 @@ class Pass {
         threshold(thresholds(network, 0)),
         columns(solver.tree, solver.bonds, solver.factor, kernels, solver.scratch),
         predictor(network, kernels, break_on),
-        search(network, solver.tree, solver.bonds, solver.factor, kernels, break_on, 0) {
+        search(network, solver.tree, solver.bonds, solver.factor, kernels, break_on, 0, solver.scratch) {
     in_set = some_bonds(network);
     (void)columns.add(in_set);
     predictor.clear(1 / solver.factor.stiffness());
