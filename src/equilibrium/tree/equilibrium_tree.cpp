@@ -25,10 +25,12 @@ constexpr std::int64_t kMostKept = 4'000'000;
 constexpr double kBreaksPerRow = 25;
 constexpr double kBreaksOfShortSample = 10'000;
 
-SeparatorTree make_affordable_tree(const Network& network, Dissection dissection) {
-  SeparatorTree tree = make_separator_tree(network, dissection);
-  demand_memory("-equilibrium tree of " + std::to_string(network.unknowns) + " unknowns",
-                static_cast<double>(sizeof(double) * tree.block_entries));
+SeparatorTree make_affordable_tree(const Network& network, const TreeOptions& options) {
+  SeparatorTree tree = make_separator_tree(network, options.dissection);
+  const bool single = options.precision == Precision::single;
+  demand_memory(
+      "-equilibrium tree of " + std::to_string(network.unknowns) + " unknowns",
+      static_cast<double>(sizeof(double) * tree.block_entries) + (single ? TreeSingle::bytes(tree) : 0));
   return tree;
 }
 
@@ -37,7 +39,7 @@ class EquilibriumTree final : public Equilibrium, private HeldFactor {
   EquilibriumTree(const Network& network, const EquilibriumOptions& options, PhaseTimes& times,
                   const TreeOptions& tree)
       : Equilibrium(network, options, times),
-        tree_(make_affordable_tree(network, tree.dissection)),
+        tree_(make_affordable_tree(network, tree)),
         bonds_(make_tree_bonds(network, tree_)),
         kernels_(tree.kernels != nullptr ? *tree.kernels : *tree_kernels().front()),
         scratch_(tree_, tree.threads),

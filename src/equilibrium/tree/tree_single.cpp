@@ -103,9 +103,9 @@ TreeSingle::TreeSingle(const SeparatorTree& tree, const TreeBonds& bonds, const 
   }
 }
 
-double TreeSingle::bytes(const SeparatorTree& tree, int lanes) {
+double TreeSingle::bytes(const SeparatorTree& tree) {
   return static_cast<double>(sizeof(float)) *
-         (static_cast<double>(tree.block_entries) + static_cast<double>(tree.positions()) * lanes);
+         (static_cast<double>(tree.block_entries) + static_cast<double>(tree.positions()) * kMostStates);
 }
 
 void TreeSingle::set_limits(std::span<const double> limit) {

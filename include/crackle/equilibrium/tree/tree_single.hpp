@@ -36,8 +36,8 @@ class TreeSingle {
   TreeSingle(const SeparatorTree& tree, const TreeBonds& bonds, const TreeFactor& factor,
              const TreeKernels& kernels, bool magnitude, int lanes, TreeScratch& scratch);
 
-  /// Bytes that such an object will take.
-  [[nodiscard]] static double bytes(const SeparatorTree& tree, int lanes);
+  /// Bytes that such an object will take, at most.
+  [[nodiscard]] static double bytes(const SeparatorTree& tree);
 
   [[nodiscard]] int lanes() const { return lanes_; }
 
