@@ -30,7 +30,7 @@ constexpr double kNearTie = 4 * kTie;
 /// Forces and elongations below this many times what counts as none: the same.
 constexpr double kNearNothing = 100;
 /// What 1/F may have grown by in a state that is looked for in single precision, and how many such states are few.
-constexpr double kMostGrowth = 1.5;
+constexpr double kMostGrowth = 4;
 constexpr int kFewStates = 4;
 
 int groups_for(const SeparatorTree& tree, Precision precision) {
