@@ -29,9 +29,11 @@ std::string describe(const TreeCounts& counts) {
               per(batch.candidates, batch.passes)) +
          line("  a break: %.1f fronts visited, %.0f entries read, %.0f updated\n", per(batch.fronts, breaks),
               per(batch.entries, breaks), per(counts.entries_downdated, breaks)) +
-         line("  in single precision %lld passes, of which undecided %lld; contenders %lld; error %.2g of its bound\n",
-              static_cast<long long>(batch.single), static_cast<long long>(batch.undecided),
-              static_cast<long long>(batch.contenders), batch.used_margin) +
+         line(
+             "  in single precision %lld passes, of which undecided %lld; contenders %lld; error %.2g of its "
+             "bound\n",
+             static_cast<long long>(batch.single), static_cast<long long>(batch.undecided),
+             static_cast<long long>(batch.contenders), batch.used_margin) +
          line("  downdates %lld, refactors %lld, checked %lld, differences %lld\n",
               static_cast<long long>(counts.downdates), static_cast<long long>(counts.refactors),
               static_cast<long long>(counts.checked), static_cast<long long>(counts.differences));
