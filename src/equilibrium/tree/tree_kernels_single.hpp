@@ -56,28 +56,56 @@ struct SingleBody {
     }
   }
 
+  /// strip[s]: where row 0 would be of the strip s after that of pivot k, from that pivot on.
+  template <int Strips>
+  static void find_strips(const SingleBlock& front, int k, const float* (&strip)[Strips]) {
+    for (int s = 0; s < Strips; ++s) {
+      const std::ptrdiff_t number = k / kStrip + s;
+      strip[s] =
+          front.entries + SingleBlock::start(front.height, number) - number * kStrip * kStrip + k % kStrip;
+    }
+  }
+
+  /// One row of right-hand sides, times its entries in R columns.
+  template <int R, int V, int Strips>
+  static void subtract_row(const float* const (&strip)[Strips], std::ptrdiff_t entry, const float* from,
+                           Single (&sum)[R][V]) {
+    Single row[V];
+    for (int v = 0; v < V; ++v) row[v] = at(from + v * kSingle);
+#pragma GCC unroll 32
+    for (int r = 0; r < R; ++r) {
+      const float factor = strip[r / kStrip][entry + r % kStrip];
+      for (int v = 0; v < V; ++v) sum[r][v] -= factor * row[v];
+    }
+  }
+
+  /// What was solved takes its place, and is counted in `most`.
+  template <int R, int V, int Lanes>
+  static void finish(const Single (&sum)[R][V], float* own, float* most) {
+    for (int v = 0; v < V; ++v) {
+      Single largest = at(most + v * kSingle);
+#pragma GCC unroll 32
+      for (int r = 0; r < R; ++r) {
+        at(own + r * Lanes + v * kSingle) = sum[r][v];
+        const Single size = magnitude_of(sum[r][v]);
+        largest = size > largest ? size : largest;
+      }
+      at(most + v * kSingle) = largest;
+    }
+  }
+
   /// Pivots k .. k + R - 1 in V vectors of lanes from `lane` on. k + R is where a strip ends, or the pivots do, or it is
   /// within one strip.
   template <int R, int V, int Lanes>
   static void backward_tile(const SingleBlock& front, int k, float* pivots, const float* x, int lane,
                             float* most) {
     constexpr int kStrips = (R + kStrip - 1) / kStrip;
-    const float* strip[kStrips];  // of row 0
-    for (int s = 0; s < kStrips; ++s) {
-      const std::ptrdiff_t number = k / kStrip + s;
-      strip[s] =
-          front.entries + SingleBlock::start(front.height, number) - number * kStrip * kStrip + k % kStrip;
-    }
+    const float* strip[kStrips];
+    find_strips(front, k, strip);
     float* own = pivots + k * Lanes + lane;
     Single sum[R][V] = {};
     const auto subtract = [&](std::ptrdiff_t entry, const float* from) {
-      Single row[V];
-      for (int v = 0; v < V; ++v) row[v] = at(from + v * kSingle);
-#pragma GCC unroll 32
-      for (int r = 0; r < R; ++r) {
-        const float factor = strip[r / kStrip][entry + r % kStrip];
-        for (int v = 0; v < V; ++v) sum[r][v] -= factor * row[v];
-      }
+      subtract_row<R, V>(strip, entry, from, sum);
     };
     // The next tile, and the next front, lie just before this one.
     const float* ahead = strip[0] + k * kStrip - (front.height - k) * (R > kStrip ? 2 * kStrip : kStrip);
@@ -102,16 +130,7 @@ struct SingleBody {
     }
     add<R, V, Lanes>(own, sum);
     solve_triangle<R, V>(strip, k, sum);
-    for (int v = 0; v < V; ++v) {
-      Single largest = at(most + lane + v * kSingle);
-#pragma GCC unroll 32
-      for (int r = 0; r < R; ++r) {
-        at(own + r * Lanes + v * kSingle) = sum[r][v];
-        const Single size = magnitude_of(sum[r][v]);
-        largest = size > largest ? size : largest;
-      }
-      at(most + lane + v * kSingle) = largest;
-    }
+    finish<R, V, Lanes>(sum, own, most + lane);
   }
 
   /// Tiles of exactly `rows` rows in 1 .. Most, lanes begin .. end - 1.
