@@ -9,19 +9,15 @@
 
 #include "crackle/base/aligned.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
+#include "support/kernel_values.hpp"
 #include "support/small_networks.hpp"
 
 namespace crackle {
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-
-AlignedVector values(std::size_t size, std::uint64_t seed, double scale = 1) {
-  AlignedVector made(size);
-  draw_uniform_thresholds(seed, 0, made);
-  for (double& value : made) value = scale * (value - 0.5);
-  return made;
-}
+using test::difference;
+using test::kNothing;
+using test::values;
 
 /// A front of random entries, NaN above the diagonal; its pivots are the first rows of x, its boundary every
 /// second of those that follow.
@@ -67,15 +63,6 @@ void for_each_size(Act act) {
       }
     }
   }
-}
-
-/// NaN counts as infinity.
-double difference(const AlignedVector& a, const AlignedVector& b) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  double largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    largest = std::isnan(a[i]) ? kInfinity : std::max(largest, std::abs(a[i] - b[i]));
-  return largest;
 }
 
 constexpr std::array<std::pair<int, int>, 6> kWindows{{{0, 1}, {3, 5}, {0, 8}, {8, 16}, {9, 15}, {6, 11}}};
@@ -126,9 +113,9 @@ TEST(TreeKernels, SolveForwardAndBackwardLikeAPlainLoop) {
   });
 }
 
-TEST(TreeKernels, MultiplyPanelsLikeAPlainLoop) {
+TEST(TreeKernels, MultiplyTwoPanelsLikeAPlainLoop) {
   constexpr int kWide = 3 * kLanes;
-  for_each_size([](const TreeKernels& kernels, int rows, int parts) {
+  for_each_size([](const TreeKernels& kernels, int rows, int) {
     const AlignedVector a = values(static_cast<std::size_t>(rows) * kLanes, 21);
     const AlignedVector b = values(static_cast<std::size_t>(rows) * kLanes, 22);
     const AlignedVector weight = values(rows, 23);
@@ -143,9 +130,14 @@ TEST(TreeKernels, MultiplyPanelsLikeAPlainLoop) {
             expected[i * kWide + kLanes + j] += a[k * kLanes + first + i] * weight[k] * b[k * kLanes + j];
         }
       }
-      EXPECT_LT(difference(g, expected), 1e-13) << "gram, " << lanes << " lanes";
+      EXPECT_LT(difference(g, expected), 1e-13) << lanes << " lanes";
     }
+  });
+}
 
+TEST(TreeKernels, CombinePanelsLikeAPlainLoop) {
+  for_each_size([](const TreeKernels& kernels, int rows, int parts) {
+    const AlignedVector weight = values(rows, 23);
     const AlignedVector y = values(static_cast<std::size_t>(rows + parts) * kLanes, 25);
     const AlignedVector coefficient = values(static_cast<std::size_t>(parts + kLanes) * kLanes, 26);
     std::vector<PanelPart> part;
@@ -155,7 +147,7 @@ TEST(TreeKernels, MultiplyPanelsLikeAPlainLoop) {
           {y.data() + i * kLanes, kLane.data() + i % 3, coefficient.data() + i * kLanes, i % 3 % 2 + 1});
     AlignedVector out(static_cast<std::size_t>(rows) * kLanes, kNothing);
     kernels.combine(part.data(), parts, weight.data(), rows, out.data());
-    expected.assign(out.size(), 0.0);
+    AlignedVector expected(out.size());
     for (int k = 0; k < rows; ++k) {
       for (const PanelPart& some : part) {
         for (int i = 0; i < some.columns * kLanes; ++i) {
@@ -164,7 +156,7 @@ TEST(TreeKernels, MultiplyPanelsLikeAPlainLoop) {
         }
       }
     }
-    EXPECT_LT(difference(out, expected), 1e-13) << "combine";
+    EXPECT_LT(difference(out, expected), 1e-13);
   });
 }
 
@@ -373,139 +365,6 @@ TEST(TreeKernels, FindEveryBondBeyondItsLimitAndNoOther) {
       }
     }
   }
-}
-
-/// Two blocks of bonds and some columns, for the loops of TreeResponse.
-struct ResponseCase {
-  static constexpr int kSize = 2 * kResponseBlock;
-  int count;
-  AlignedVector column;  // one more than count
-  AlignedVector stretch = values(kSize, 32);
-  AlignedVector per_stretch = values(kSize, 33);
-  AlignedVector broken = AlignedVector(kSize);
-  AlignedVector start = values(kSize, 34);
-
-  explicit ResponseCase(int columns)
-      : count(columns), column(values(static_cast<std::size_t>(columns + 1) * kSize, 31)) {
-    for (double& value : per_stretch) value = std::abs(value);
-    for (int i = 3; i < kSize; i += 9) broken[i] = 1;
-  }
-  [[nodiscard]] ResponseColumns columns() {
-    return {column.data(), static_cast<std::ptrdiff_t>(count + 1) * kResponseBlock, count, kSize};
-  }
-  [[nodiscard]] ResponseBonds bonds() { return {stretch.data(), per_stretch.data(), broken.data()}; }
-  [[nodiscard]] double& entry(int h, int bond) {
-    return column[static_cast<std::size_t>(bond / kResponseBlock * (count + 1) + h) * kResponseBlock +
-                  bond % kResponseBlock];
-  }
-};
-
-/// act(kernels, case) for every version and some numbers of columns.
-template <class Act>
-void for_each_response(Act act) {
-  for (const TreeKernels* kernels : tree_kernels()) {
-    for (const int count : {0, 1, 2, 7, 40}) {
-      SCOPED_TRACE(std::string(kernels->name) + " " + std::to_string(count));
-      ResponseCase made(count);
-      act(kernels->response, made);
-    }
-  }
-}
-
-TEST(TreeKernels, SumTheColumnsOfBreaksLikeAPlainLoop) {
-  for_each_response([](const ResponseKernels& kernels, ResponseCase& made) {
-    const AlignedVector weight = values(static_cast<std::size_t>(made.count) * kResponseGroup, 35);
-    std::array<AlignedVector, kResponseGroup> sum;
-    std::array<double*, kResponseGroup> at{};
-    for (int g = 0; g < kResponseGroup; ++g) {
-      sum[g] = values(ResponseCase::kSize, 36 + g);
-      at[g] = sum[g].data();
-    }
-    const auto before = sum;
-    kernels.group(made.columns(), weight.data(), at.data());
-    const int first = made.count / 2;
-    kernels.column(made.columns(), first, weight.data(), made.start.data());
-    for (int e = 0; e < ResponseCase::kSize; ++e) {
-      double expected = made.start[e];
-      for (int h = first; h < made.count; ++h) expected += weight[h] * made.entry(h, e);
-      EXPECT_NEAR(made.entry(made.count, e), expected, 1e-14) << e;
-      for (int g = 0; g < kResponseGroup; ++g) {
-        expected = before[g][e];
-        for (int h = 0; h < made.count; ++h) expected += weight[h * kResponseGroup + g] * made.entry(h, e);
-        EXPECT_NEAR(sum[g][e], expected, 1e-14) << e << " of " << g;
-      }
-    }
-  });
-}
-
-TEST(TreeKernels, ApplyABreakAndSumAfreshLikeAPlainLoop) {
-  for_each_response([](const ResponseKernels& kernels, ResponseCase& made) {
-    for (const bool magnitude : {true, false}) {
-      AlignedVector expected = made.stretch;
-      ResponseChange sums;
-      for (int e = 0; e < ResponseCase::kSize; ++e) {
-        const double a = made.entry(made.count, e);
-        expected[e] += 0.3 * a;
-        const double size = magnitude ? std::abs(expected[e]) : expected[e];
-        sums.largest = std::max(sums.largest, size * made.per_stretch[e]);
-        sums.column += made.broken[e] * a * a;
-        sums.stretch += made.broken[e] * expected[e] * expected[e];
-      }
-      const ResponseChange change = kernels.apply(made.columns(), 0.3, made.bonds(), magnitude);
-      EXPECT_LT(difference(made.stretch, expected), 1e-15);
-      EXPECT_NEAR(change.largest, sums.largest, 1e-15);
-      EXPECT_NEAR(change.column, sums.column, 1e-14);
-      EXPECT_NEAR(change.stretch, sums.stretch, 1e-14);
-    }
-    const AlignedVector weight = values(made.count, 37);
-    std::vector<AlignedVector> rows;
-    std::vector<const double*> row;
-    AlignedVector expected = made.start;
-    for (int h = 0; h < made.count; ++h) {
-      rows.push_back(values(ResponseCase::kSize, 38 + h));
-      for (int e = 0; e < ResponseCase::kSize; ++e) expected[e] += weight[h] * rows[h][e];
-    }
-    for (const AlignedVector& each : rows) row.push_back(each.data());
-    double square = 0;
-    for (int e = 0; e < ResponseCase::kSize; ++e) square += std::pow(expected[e] - made.stretch[e], 2);
-    const double changed = kernels.recompute(row.data(), weight.data(), made.count, made.start.data(),
-                                             made.stretch.data(), ResponseCase::kSize);
-    EXPECT_LT(difference(made.stretch, expected), 1e-14);
-    EXPECT_NEAR(changed, square, 1e-12 * square);
-    made.stretch[5] = kNothing;
-    EXPECT_TRUE(std::isnan(kernels.recompute(row.data(), weight.data(), made.count, made.start.data(),
-                                             made.stretch.data(), ResponseCase::kSize)));
-  });
-}
-
-TEST(TreeKernels, ChooseTheLowestTiedBondAndTellHowNearOthersAre) {
-  for_each_response([](const ResponseKernels& kernels, ResponseCase& made) {
-    constexpr double kLargest = 0.75;
-    constexpr double kTied = 0.7;
-    for (const auto& [first, top] : {std::pair{90, 90}, {0, 127}, {17, 66}, {62, 64}}) {
-      for (int e = 0; e < ResponseCase::kSize; ++e) made.stretch[e] = 0.5 * kTied / made.per_stretch[e];
-      made.stretch[first] = -0.72 / made.per_stretch[first];
-      made.per_stretch[top] = 0.5;
-      made.stretch[top] = -2 * kLargest;
-      const int near = (top + 30) % ResponseCase::kSize;
-      made.per_stretch[near] = 0.25;
-      made.stretch[near] = 4 * (kTied - 1e-6);
-      const ResponseChoice found = kernels.choose(made.bonds(), ResponseCase::kSize, kLargest, kTied, true);
-      EXPECT_EQ(found.first, first);
-      EXPECT_EQ(found.top, top);
-      EXPECT_EQ(found.equal, 1);
-      EXPECT_NEAR(found.margin, 1e-6 / 0.75, 1e-15);
-      made.per_stretch[near] = 1.5;
-      made.stretch[near] = kLargest / 1.5;
-      const ResponseChoice twice = kernels.choose(made.bonds(), ResponseCase::kSize, kLargest, kTied, true);
-      EXPECT_EQ(twice.equal, 2);
-      EXPECT_EQ(twice.top, std::min(near, top));
-      made.stretch[top] = 2 * kLargest;
-      EXPECT_EQ(kernels.choose(made.bonds(), ResponseCase::kSize, kLargest, kTied, false).first,
-                std::min(near, top))
-          << "compression breaks nothing";
-    }
-  });
 }
 
 }  // namespace
