@@ -228,19 +228,18 @@ struct SingleBody {
   }
 
   typedef double Quad __attribute__((vector_size(32), aligned(8), may_alias));
-  typedef long long QuadMask __attribute__((vector_size(32)));
   typedef float SingleQuad __attribute__((vector_size(16), aligned(4), may_alias));
 
   /// v becomes its transpose.
   static void transpose(Quad* v) {
-    const Quad a = __builtin_shuffle(v[0], v[1], QuadMask{0, 4, 2, 6});
-    const Quad b = __builtin_shuffle(v[0], v[1], QuadMask{1, 5, 3, 7});
-    const Quad c = __builtin_shuffle(v[2], v[3], QuadMask{0, 4, 2, 6});
-    const Quad d = __builtin_shuffle(v[2], v[3], QuadMask{1, 5, 3, 7});
-    v[0] = __builtin_shuffle(a, c, QuadMask{0, 1, 4, 5});
-    v[1] = __builtin_shuffle(b, d, QuadMask{0, 1, 4, 5});
-    v[2] = __builtin_shuffle(a, c, QuadMask{2, 3, 6, 7});
-    v[3] = __builtin_shuffle(b, d, QuadMask{2, 3, 6, 7});
+    const Quad a = __builtin_shufflevector(v[0], v[1], 0, 4, 2, 6);
+    const Quad b = __builtin_shufflevector(v[0], v[1], 1, 5, 3, 7);
+    const Quad c = __builtin_shufflevector(v[2], v[3], 0, 4, 2, 6);
+    const Quad d = __builtin_shufflevector(v[2], v[3], 1, 5, 3, 7);
+    v[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+    v[1] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+    v[2] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+    v[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
   }
 
   /// Rows i .. i + 3 of four columns (`columns` of them there, the others zeros), row by row.
