@@ -103,13 +103,13 @@ TEST(ResponseKernels, ApplyABreakAndSumAfreshLikeAPlainLoop) {
     }
     const AlignedVector weight = values(made.count, 37);
     std::vector<AlignedVector> rows;
-    std::vector<const double*> row;
+    std::vector<const double*> row(made.count);
     AlignedVector expected = made.start;
     for (int h = 0; h < made.count; ++h) {
       rows.push_back(values(ResponseCase::kSize, 38 + h));
       for (int e = 0; e < ResponseCase::kSize; ++e) expected[e] += weight[h] * rows[h][e];
     }
-    for (const AlignedVector& each : rows) row.push_back(each.data());
+    for (int h = 0; h < made.count; ++h) row[h] = rows[h].data();
     double square = 0;
     for (int e = 0; e < ResponseCase::kSize; ++e) square += std::pow(expected[e] - made.stretch[e], 2);
     const double changed = kernels.recompute(row.data(), weight.data(), made.count, made.start.data(),

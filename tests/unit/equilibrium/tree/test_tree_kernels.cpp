@@ -140,11 +140,11 @@ TEST(TreeKernels, CombinePanelsLikeAPlainLoop) {
     const AlignedVector weight = values(rows, 23);
     const AlignedVector y = values(static_cast<std::size_t>(rows + parts) * kLanes, 25);
     const AlignedVector coefficient = values(static_cast<std::size_t>(parts + kLanes) * kLanes, 26);
-    std::vector<PanelPart> part;
+    std::vector<PanelPart> part(parts);
     constexpr std::array<std::int32_t, 4> kLane{1, 2, 9, 15};
-    for (int i = 0; i < parts; ++i)
-      part.push_back(
-          {y.data() + i * kLanes, kLane.data() + i % 3, coefficient.data() + i * kLanes, i % 3 % 2 + 1});
+    for (int i = 0; i < parts; ++i) {
+      part[i] = {y.data() + i * kLanes, kLane.data() + i % 3, coefficient.data() + i * kLanes, i % 3 % 2 + 1};
+    }
     AlignedVector out(static_cast<std::size_t>(rows) * kLanes, kNothing);
     kernels.combine(part.data(), parts, weight.data(), rows, out.data());
     AlignedVector expected(out.size());
