@@ -167,8 +167,8 @@ def test_options_list_every_value_used(tmp_path):
     options = options_of(tmp_path / OUTPUT)
     expected = listed_in_help(tmp_path)
     for useless in ("-equilibrium_tree_verify", "-equilibrium_tree_view", "-equilibrium_check_bound", "-lattice_file",
-                    "-equilibrium_tree_kernels", "-equilibrium_tree_threads", "-stiffness_contrast", "-disorder_exponent",
-                    "-record_snapshot_at", "-record_profile_height"):
+                    "-equilibrium_tree_kernels", "-equilibrium_tree_precision", "-equilibrium_tree_threads",
+                    "-stiffness_contrast", "-disorder_exponent", "-record_snapshot_at", "-record_profile_height"):
         expected.pop(useless, None)
     given = {"-lattice_size": "3", "-equilibrium": "ksp", "-ksp_type": "cg", "-ksp_rtol": "1e-13", "-mat_view": "::ascii_info"}
     assert options == {**expected, **given}
