@@ -331,7 +331,7 @@ struct SingleBody {
     for (int i = 0; i < front.boundary; ++i) rows[front.pivots + i] = x[front.row[i]];
     for (std::ptrdiff_t i = front.pivots + front.boundary; i < front.stride; ++i) rows[i] = 0;
     const std::ptrdiff_t height = (front.pivots + front.boundary + kStrip - 1) / kStrip * kStrip;
-    for (int strip = (front.pivots - 1) / kStrip; strip >= 0; --strip) {
+    for (int strip = (front.pivots + kStrip - 1) / kStrip; strip-- > 0;) {
       const int first = strip * kStrip;
       const bool full = first + kStrip <= front.pivots;
       if (single != nullptr) {
