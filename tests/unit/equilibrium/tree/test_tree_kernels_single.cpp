@@ -78,7 +78,15 @@ struct Case {
   }
   /// What a front of this size is solved by in all lanes. x: [positions * lanes].
   void backward(const TreeKernels& kernels, SingleVector& x, int lanes, SingleVector& most) const {
-    kernels.backward_single(single_block(), x.data(), x.data(), lanes, most.data());
+    SingleVector halves = x;
+    SingleVector most_of_halves = most;
+    kernels.backward_single(single_block(), x.data(), x.data(), lanes, 0, lanes, most.data());
+    for (int begin = 0; begin < lanes; begin += kLanes) {
+      kernels.backward_single(single_block(), halves.data(), halves.data(), lanes, begin, begin + kLanes,
+                              most_of_halves.data());
+    }
+    EXPECT_EQ(halves, x) << "to the same bits, group by group";
+    EXPECT_EQ(most_of_halves, most);
   }
 };
 

@@ -99,7 +99,7 @@ class Pass {
   }
 
   [[nodiscard]] TreeSearch make_search() {
-    TreeSearch search(network, tree_, bonds_, factor_, kernels_, break_on_, most_ / kLanes);
+    TreeSearch search(network, tree_, bonds_, factor_, kernels_, break_on_, most_ / kLanes, scratch_);
     search.set_thresholds(threshold);
     return search;
   }
