@@ -75,7 +75,7 @@ def test_log_view_shows_where_the_time_goes(tmp_path):
 
 def test_log_view_into_a_file(tmp_path):
     succeed(tmp_path, "-lattice_size 3 -log_view :log.txt")
-    assert "downdate" in (tmp_path / "log.txt").read_text()
+    assert "crackle_search" in (tmp_path / "log.txt").read_text()
 
 
 def test_options_left_finds_none_left(tmp_path):
@@ -88,6 +88,13 @@ def test_options_left_finds_none_left(tmp_path):
 def test_petsc_options_for_developers(tmp_path, option):
     result = succeed(tmp_path, f"-lattice_size 3 -monitor none {option}")
     assert result.stderr == ""
+
+
+@pytest.mark.parametrize("scene", ["-lattice_size 8 -disorder constant", "-lattice_size 8 -model fuse",
+                                   "-lattice_size 40 -equilibrium_tree_precision double"])
+def test_no_exception_of_arithmetic(tmp_path, scene):
+    """By responses alone, with ties, and where a factor goes on."""
+    succeed(tmp_path, f"{scene} -monitor none -fp_trap")
 
 
 def test_monitor_none_is_silent(tmp_path):

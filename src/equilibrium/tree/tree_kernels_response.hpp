@@ -119,7 +119,8 @@ struct ResponseBody {
     return -1;
   }
 
-  /// Quotients are compared by products: gap / room < least.gap / least.room.
+  /// Quotients are compared by products: gap / room < least.gap / least.room. No room: infinite, which a product tells
+  /// without an exception of arithmetic (-fp_trap).
   struct Margin {
     Vec gap = 1 - Vec{};
     Vec room{};
@@ -145,14 +146,16 @@ struct ResponseBody {
         const Vec ratio = ratio_at<Magnitude>(bonds, i + j * kVec);
         const Mask is_top = ratio == largest - Vec{};
         equal -= is_top;
-        least[j].take(is_top ? __builtin_inf() - Vec{} : magnitude_of(ratio - tied),
-                      per_top + at(bonds.per_stretch + i + j * kVec));
+        least[j].take(is_top ? 1 - Vec{} : magnitude_of(ratio - tied),
+                      is_top ? Vec{} : per_top + at(bonds.per_stretch + i + j * kVec));
       }
     }
     least[0].take(least[1].gap, least[1].room);
     for (int i = 0; i < kVec; ++i) {
-      const double margin = least[0].gap[i] / least[0].room[i];
-      choice.margin = margin < choice.margin ? margin : choice.margin;
+      if (least[0].room[i] > 0) {
+        const double margin = least[0].gap[i] / least[0].room[i];
+        choice.margin = margin < choice.margin ? margin : choice.margin;
+      }
       choice.equal += static_cast<int>(equal[i]);
     }
     return choice;

@@ -114,8 +114,10 @@ ResponseResult TreeResponse::next(double least_stiffness) {
 /// 1/F' = 1/F + s^2 / slack of the break that leaves little.
 bool TreeResponse::is_failed_by_last(double least_stiffness) const {
   if (!loose_) return false;
+  const double slack = columns_.slack(columns_.count());
+  if (!(slack > 0)) return true;
   const double s = stretch_[columns_.number(columns_.count())];
-  const double bent = plate_ + s * s / std::max(columns_.slack(columns_.count()), 0.0);
+  const double bent = plate_ + s * s / slack;
   return !(1 / bent > least_stiffness);
 }
 
@@ -150,8 +152,8 @@ double TreeResponse::margin_of_equals(double largest, double tied) const {
 /// Of the bond that breaks, and its slack; lost_: the state after the break is not for this.
 void TreeResponse::compute_column(Followed& last) {
   last.slack = columns_.compute(last.number, state());
-  factor_[columns_.count()] = stretch_[last.number] / last.slack;
   loose_ = !(last.slack >= kLeastPredictedSlack);
+  factor_[columns_.count()] = loose_ ? 0 : stretch_[last.number] / last.slack;
   lost_ = loose_ || columns_.full();
 }
 
