@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -17,8 +16,6 @@ namespace crackle {
 namespace {
 
 using Thresholds = std::vector<double>;
-
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// A factor from the first break on, whatever the network's size.
 TreeOptions by_factor(Precision precision, const TreeKernels* kernels = nullptr) {
