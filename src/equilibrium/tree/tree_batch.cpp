@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "crackle/equilibrium/trust.hpp"
+
 namespace crackle {
 
 namespace {
@@ -32,6 +34,8 @@ constexpr double kNearNothing = 100;
 /// What 1/F may have grown by in a state that is looked for in single precision, and how many such states are few.
 constexpr double kMostGrowth = 4;
 constexpr int kFewStates = 4;
+/// Where every state's residual is looked at, over where the referee decides all.
+constexpr double kLookedAt = kDoubtfulStiffness / kRefereedStiffness;
 
 int groups_for(const SeparatorTree& tree, Precision precision) {
   const bool single = precision == Precision::single;
@@ -95,7 +99,7 @@ BatchResult TreeBatch::next(double least_stiffness) {
   verified_.clear();
   plate_.clear();
   if (!prepare()) return BatchResult::stale;
-  if (suits_single()) {
+  if (suits_single(least_stiffness * kLookedAt)) {
     solve_single();
     const PhaseScope scope(times_, Phase::search);
     if (confirm(least_stiffness)) return BatchResult::found;
@@ -109,11 +113,15 @@ BatchResult TreeBatch::next(double least_stiffness) {
 }
 
 /// Whether single precision is worth trying, in the states that differ little from the one in which the factor is
-/// current: the prediction ends there. (Where one break takes half of F away, margins are as wide as forces.)
-bool TreeBatch::suits_single() {
+/// current: the prediction ends there. (Where one break takes half of F away, margins are as wide as forces; below
+/// least_stiffness all displacements are looked at, which a pass in double has.)
+bool TreeBatch::suits_single(double least_stiffness) {
   if (!search_.searches_in_single()) return false;
   int near = 0;
-  while (near < prediction_.states && prediction_.plate[near] * factor_.stiffness() < kMostGrowth) ++near;
+  while (near < prediction_.states && prediction_.plate[near] * factor_.stiffness() < kMostGrowth &&
+         prediction_.plate[near] * least_stiffness < 1) {
+    ++near;
+  }
   if (near < std::min(prediction_.states, kFewStates)) return false;
   prediction_.states = near;
   return near > 0;
@@ -258,7 +266,7 @@ bool TreeBatch::follow_contenders() {
   if (more > kLanes || columns_.size() + kLanes > TreeColumns::kMost) return false;
   followed_.choose_also(contenders_, candidates_.ranked(), last_);
   counts_.contenders += more;
-  add_columns();
+  counts_.columns += columns_.add(followed_.list());
   return true;
 }
 
@@ -334,7 +342,6 @@ bool TreeBatch::copy_state(int state, std::span<double> u) {
     search_.copy_state(state, u);
     return true;
   }
-  const PhaseScope scope(times_, Phase::solve);
   one_.resize(tree_.positions());
   columns_.combine_one(std::span(prediction_.column).first(prediction_.waiting + state),
                        prediction_.coefficient[state / kLanes].data() + state % kLanes, one_);

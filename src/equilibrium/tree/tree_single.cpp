@@ -15,6 +15,9 @@ constexpr double kRounding = 0x1p-24;  // half of a float's last place
 constexpr double kLeast = 1e-12;
 constexpr double kLargest = 1e12;
 
+/// A ratio that no bond reaches; times the largest limit it is still in range.
+constexpr double kNeverReached = 1e24;
+
 /// The base of a sum is raised by more than its own rounding, and the sum's: a stretch is not found too small by them.
 constexpr double kRaised = 16 * kRounding;
 /// Rounding of g . d' itself, over the sum of |g_i| |d'|_max; and of a base that the difference outweighs.
@@ -65,8 +68,6 @@ TreeSingle::TreeSingle(const SeparatorTree& tree, const TreeBonds& bonds, const 
       bonds_(bonds),
       factor_(factor),
       kernels_(kernels),
-      magnitude_(magnitude),
-      lanes_(lanes),
       scratch_(scratch),
       block_(tree.fronts()),
       weight_(tree.fronts()),
@@ -79,13 +80,15 @@ TreeSingle::TreeSingle(const SeparatorTree& tree, const TreeBonds& bonds, const 
       x_(static_cast<std::size_t>(tree.positions()) * lanes),
       given_(tree.fronts(), 0),
       member_(scratch.team().threads()),
-      share_(scratch.parts().part.size() + 1) {
+      share_(scratch.parts().part.size() + 1),
+      lanes_(lanes),
+      magnitude_(magnitude) {
   assert(lanes == kLanes || lanes == kMostStates);
   std::int32_t tallest = 0;
   std::int32_t widest = 0;
-  for (FrontId f = 0; f < tree.fronts(); ++f) {
-    tallest = std::max(tallest, tree.front[f].stride);
-    widest = std::max(widest, tree.front[f].pivots);
+  for (const Front& front : tree.front) {
+    tallest = std::max(tallest, front.stride);
+    widest = std::max(widest, front.pivots);
   }
   entries_.resize(lay_out(tree, block_));
   for (Member& member : member_) {
@@ -93,12 +96,15 @@ TreeSingle::TreeSingle(const SeparatorTree& tree, const TreeBonds& bonds, const 
     member.sum.resize(widest);
     member.found.resize(kBondsTogether + 1);
   }
-  for (std::size_t i = 0; i < bonds.value.size(); i += bonds.width) {
+  measure_values();
+}
+
+void TreeSingle::measure_values() {
+  const std::vector<double>& value = bonds_.value;
+  values_in_range_ = std::ranges::all_of(value, is_moderate);
+  for (std::size_t i = 0; i < value.size(); i += bonds_.width) {
     double sum = 0;
-    for (int j = 0; j < bonds.width; ++j) {
-      sum += std::abs(bonds.value[i + j]);
-      values_in_range_ = values_in_range_ && is_moderate(bonds.value[i + j]);
-    }
+    for (int j = 0; j < bonds_.width; ++j) sum += std::abs(value[i + j]);
     largest_value_ = std::max(largest_value_, sum);
   }
 }
@@ -187,7 +193,7 @@ void TreeSingle::run(std::span<const std::vector<FrontId>> fronts, std::span<con
     share.most.fill(0);
     share.candidates.clear();
   }
-  for (int s = 0; s < lanes_; ++s) cut_[s] = static_cast<float>(cut[s]);
+  for (int s = 0; s < lanes_; ++s) cut_[s] = static_cast<float>(std::min(cut[s], kNeverReached));
   note_given(fronts);
   const TreeParts& parts = scratch_.parts();
   if (parts.part.empty()) {

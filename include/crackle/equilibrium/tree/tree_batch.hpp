@@ -81,7 +81,7 @@ class TreeBatch {
   [[nodiscard]] bool commit();
   void add_columns();
   void solve();
-  [[nodiscard]] bool suits_single();
+  [[nodiscard]] bool suits_single(double least_stiffness);
   void solve_single();
   void solve_exactly();
   [[nodiscard]] BatchResult verify(double least_stiffness);

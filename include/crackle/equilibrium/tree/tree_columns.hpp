@@ -19,7 +19,7 @@ namespace crackle {
 
 class TreeColumns {
  public:
-  static constexpr int kMost = 24 * kLanes;  ///< columns there is room for; at most 32 panels
+  static constexpr int kMost = 25 * kLanes;  ///< columns there is room for; at most 32 panels
 
   /// All arguments must outlive this; scratch: see TreeFactor. Its threads share the work.
   TreeColumns(const SeparatorTree& tree, const TreeBonds& bonds, const TreeFactor& factor,

@@ -88,6 +88,7 @@ class TreeSingle {
     std::vector<BondId> candidates;
   };
 
+  void measure_values();
   void settle(FrontId f, Member& member);
   void find_base(std::int32_t begin, std::int32_t end);
   void note_given(std::span<const std::vector<FrontId>> fronts);
@@ -100,22 +101,20 @@ class TreeSingle {
   [[nodiscard]] bool guessed_well();
   [[nodiscard]] SingleBlock block(FrontId f) const;
 
+  alignas(AlignedAllocator<float>::kCacheLine) std::array<float, kMostStates> cut_{};
+  alignas(AlignedAllocator<float>::kCacheLine) std::array<float, kMostStates> guess_{};  // of margin_
   const SeparatorTree& tree_;
   const TreeBonds& bonds_;
   const TreeFactor& factor_;
   const TreeKernels& kernels_;
-  bool magnitude_;
-  int lanes_;
   TreeScratch& scratch_;
-  bool in_range_ = true;
-  bool values_in_range_ = true;
   std::int64_t seen_ = 0;           // change of the factor that is taken over
+  double error_per_size_ = 0;       // of a stretch, for |d'|_max = 1
+  double largest_value_ = 0;        // of |g_e|
   std::vector<std::size_t> block_;  // [fronts] where each one's starts in
   SingleVector entries_;
   std::vector<double> weight_;       // [fronts] each front's part of W^2
   std::vector<double> path_weight_;  // [fronts] the sum of it from there to the root
-  double error_per_size_ = 0;        // of a stretch, for |d'|_max = 1
-  double largest_value_ = 0;         // of |g_e|
   std::vector<double> u0_;           // [positions]
   std::vector<double> base_;         // [stretchable] in double
   SingleVector base_single_;         // [stretchable]
@@ -123,11 +122,13 @@ class TreeSingle {
   SingleVector limit_;               // [stretchable]
   SingleVector x_;                   // [positions * lanes]
   std::vector<std::uint8_t> given_;  // [fronts] bit g: group g has right-hand sides there
-  alignas(AlignedAllocator<float>::kCacheLine) std::array<float, kMostStates> cut_{};
-  alignas(AlignedAllocator<float>::kCacheLine) std::array<float, kMostStates> guess_{};  // of margin_
+  std::vector<Member> member_;       // [threads]
+  std::vector<Share> share_;         // [parts + 1] the last one's is the top
   std::array<double, kMostStates> margin_{};
-  std::vector<Member> member_;  // [threads]
-  std::vector<Share> share_;    // [parts + 1] the last one's is the top
+  int lanes_;
+  bool magnitude_;
+  bool in_range_ = true;
+  bool values_in_range_ = true;
 };
 
 }  // namespace crackle
