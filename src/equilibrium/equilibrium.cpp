@@ -123,6 +123,8 @@ State Equilibrium::find_critical(Critical& next) {
     ++counts_.held;
     counts_.largest_left = std::max(counts_.largest_left, next.stiffness / intact_stiffness_);
   }
+  // one and the same number, however a strategy comes to it
+  if (state == State::carrying && removed_.empty()) next.stiffness = intact_stiffness_;
   if (state == State::carrying && scale_ != 0) next.load = std::ldexp(next.load, scale_);
   return state;
 }

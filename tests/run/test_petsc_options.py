@@ -91,7 +91,7 @@ def test_petsc_options_for_developers(tmp_path, option):
 
 
 @pytest.mark.parametrize("scene", ["-lattice_size 8 -disorder constant", "-lattice_size 8 -model fuse",
-                                   "-lattice_size 40 -equilibrium_tree_precision double"])
+                                   "-lattice_size 40", "-lattice_size 40 -equilibrium_tree_precision double"])
 def test_no_exception_of_arithmetic(tmp_path, scene):
     """By responses alone, with ties, and where a factor goes on."""
     succeed(tmp_path, f"{scene} -monitor none -fp_trap")
