@@ -88,7 +88,7 @@ struct SingleBody {
       for (int r = 0; r < R; ++r) {
         at(own + r * Lanes + v * kSingle) = sum[r][v];
         const Single size = magnitude_of(sum[r][v]);
-        largest = size > largest ? size : largest;
+        largest = (size > largest) | (size != size) ? size : largest;  // not a number stays
       }
       at(most + v * kSingle) = largest;
     }

@@ -287,7 +287,8 @@ bool TreeSingle::guessed_well() {
   bool well = true;
   for (int s = 0; s < lanes_; ++s) {
     float most = 0;
-    for (const Share& share : share_) most = share.most[s] > most ? share.most[s] : most;
+    for (const Share& share : share_)
+      most = share.most[s] > most || std::isnan(share.most[s]) ? share.most[s] : most;  // which then stays
     margin_[s] = error_per_size_ * most;
     const float needed = rounded_up(margin_[s]);
     well = well && needed <= guess_[s];  // what is not a number was not guessed

@@ -11,21 +11,16 @@
 
 #include "crackle/base/aligned.hpp"
 #include "crackle/equilibrium/tree/tree_kernels.hpp"
-#include "support/small_networks.hpp"
+#include "support/kernel_values.hpp"
 
 namespace crackle {
 namespace {
 
 constexpr double kRounding = 0x1p-24;
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
-AlignedVector values(std::size_t size, std::uint64_t seed, double scale = 1) {
-  AlignedVector made(size);
-  draw_uniform_thresholds(seed, 0, made);
-  for (double& value : made) value = scale * (value - 0.5);
-  return made;
-}
+using test::kNothing;
+using test::values;
 
 SingleVector single_values(std::size_t size, std::uint64_t seed, double scale = 1) {
   const AlignedVector made = values(size, seed, scale);
